@@ -5,7 +5,10 @@ Exit sets meet where one domain is the other or an ancestor of it: both are acti
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fsmkit.document.document import Kind
+from fsmkit.plan.operations import Reaction
 from fsmkit.plan.plan import Plan
 from fsmkit.plan.regions import Regions
 
@@ -13,9 +16,8 @@ Bits = int
 """A set of transitions or of states, by their numbers."""
 
 
-def static_domain(plan: Plan, transition: int) -> int | None:
+def static_domain(reactions: Sequence[Reaction]) -> int | None:
     """Return the domain of a transition, None for one without or whose domain is not known yet."""
-    reactions = plan.reactions[transition]
     return reactions[0].domain if len(reactions) == 1 else None
 
 
@@ -32,7 +34,7 @@ def outer_transitions(plan: Plan) -> tuple[Bits, ...]:
 
 def conflicts(plan: Plan) -> tuple[Bits, ...]:
     """Return for each transition those whose exit sets meet its own, as far as it is known."""
-    domains = [static_domain(plan, move.transition) for move in plan.moves]
+    domains = [static_domain(reactions) for reactions in plan.reactions]
     by_domain = dict.fromkeys(sorted({d for d in domains if d is not None}), 0)
     for index, domain in enumerate(domains):
         if domain is not None:
@@ -44,10 +46,10 @@ def conflicts(plan: Plan) -> tuple[Bits, ...]:
 def conflicts_by_domain(plan: Plan) -> dict[int, Bits]:
     """Return for each state that may be a domain the transitions whose exit sets meet it."""
     own = dict.fromkeys(possible_domains(plan), 0)
-    for move in plan.moves:
-        domain = static_domain(plan, move.transition)
+    for index, reactions in enumerate(plan.reactions):
+        domain = static_domain(reactions)
         if domain is not None:
-            own[domain] |= 1 << move.transition
+            own[domain] |= 1 << index
     return related(plan, own)
 
 

@@ -6,7 +6,7 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import is_internal, lcca
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan.entries import entries_below
-from fsmkit.plan.operations import Move, Restore, Variant, Within
+from fsmkit.plan.operations import Restore, Variant, Within
 from fsmkit.plan.plan import Plan
 from fsmkit.plan.regions import Regions, regions_of
 
@@ -14,10 +14,10 @@ from fsmkit.plan.regions import Regions, regions_of
 def lower(chart: Chart) -> Plan:
     """Return the plan of a chart; its size is near-linear in that of the chart."""
     own = regions_of(chart)
-    moves = tuple(Move(t.index, _variants(own, t)) for t in chart.transitions)
+    variants = tuple(_variants(own, transition) for transition in chart.transitions)
     assert chart.root.initial is not None  # noqa: S101
     start = entries_below(chart, 0, chart.transitions[chart.root.initial].targets)
-    return Plan(chart, own.regions, own.region_of, own.last_below, moves, start)
+    return Plan(chart, own.regions, own.region_of, own.last_below, variants, start)
 
 
 def _variants(plan: Regions, transition: Transition) -> tuple[Variant, ...]:

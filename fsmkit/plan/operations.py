@@ -233,30 +233,15 @@ class Within:
 class Variant:
     """A domain and what is entered below it, if all conditions hold.
 
-    The domain is None for a transition without a target, which exits and enters nothing.
+    The domain is None for a transition without a target, which exits and enters nothing. The first
+    variant whose conditions hold is taken, and the last has none. There are several only where a
+    deep history of an ancestor of the source is a target: the domain of Appendix D
+    (getTransitionDomain) then depends on what was recorded.
     """
 
     conditions: tuple[Within, ...]
     domain: int | None
     entry: tuple[Op, ...]
-
-
-@quick
-@dataclass(frozen=True, slots=True)
-class Move:
-    """What taking a transition does: the first variant whose conditions hold. The last has none.
-
-    More than one only where a deep history of an ancestor of the source is a target: the domain of
-    Appendix D (getTransitionDomain) then depends on what was recorded.
-    """
-
-    transition: int
-    variants: tuple[Variant, ...]
-
-    @property
-    def is_static(self) -> bool:
-        """Whether the domain is known when compiling."""
-        return len(self.variants) == 1
 
 
 @quick

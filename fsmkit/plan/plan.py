@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from fsmkit.chart.chart import Transition
 from fsmkit.document.document import Trigger
 from fsmkit.plan import restoring
 from fsmkit.plan.actions import Actions, entry_actions, exit_actions
 from fsmkit.plan.exits import exits, kept_parts, records
 from fsmkit.plan.features import Features, features_of
 from fsmkit.plan.instances import Instances, instances_of
-from fsmkit.plan.operations import Kept, Move, Op, Reaction, Restore, Resume
+from fsmkit.plan.operations import Kept, Op, Reaction, Restore, Resume, Variant
 from fsmkit.plan.regions import Regions
 from fsmkit.plan.selection import Selection
 
@@ -20,7 +21,7 @@ from fsmkit.plan.selection import Selection
 class Plan(Regions):
     """A chart lowered."""
 
-    moves: tuple[Move, ...]
+    variants: tuple[tuple[Variant, ...], ...]
     """By transition; of an initial one what it enters below its source, of a default below the
     parent of the history."""
     start: tuple[Op, ...]
@@ -39,7 +40,7 @@ class Plan(Regions):
     @cached_property
     def selection(self) -> Selection:
         """The candidates for each state and event."""
-        return Selection(self, self.moves)
+        return Selection(self, self.variants)
 
     @cached_property
     def entering(self) -> tuple[Actions, ...]:
@@ -58,20 +59,18 @@ class Plan(Regions):
         Initial and default transitions, which are taken while states are entered, have none.
         """
         return tuple(
-            () if transition.trigger is Trigger.INITIAL else self._reactions(move)
-            for transition, move in zip(self.chart.transitions, self.moves, strict=True)
+            ()
+            if transition.trigger is Trigger.INITIAL
+            else tuple(self._reaction(transition, each) for each in self.variants[transition.index])
+            for transition in self.chart.transitions
         )
 
-    def _reactions(self, move: Move) -> tuple[Reaction, ...]:
-        source, found = self.chart.transitions[move.transition].source, []
-        for variant in move.variants:
-            domain = variant.domain
-            leave = () if domain is None else exits(self, source, domain)
-            record = () if domain is None else records(self, source, domain, leave)
-            found.append(
-                Reaction(variant.conditions, domain, record, leave, move.transition, variant.entry)
-            )
-        return tuple(found)
+    def _reaction(self, transition: Transition, variant: Variant) -> Reaction:
+        source, domain = transition.source, variant.domain
+        leave = () if domain is None else exits(self, source, domain)
+        record = () if domain is None else records(self, source, domain, leave)
+        index, entry = transition.index, variant.entry
+        return Reaction(variant.conditions, domain, record, leave, index, entry)
 
     @cached_property
     def records(self) -> dict[int, tuple[Kept, ...]]:

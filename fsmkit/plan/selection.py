@@ -17,7 +17,7 @@ from fsmkit.chart.analysis.effects import can_fail, can_stop, has_effect
 from fsmkit.chart.chart import Transition
 from fsmkit.chart.structure import can_be_together
 from fsmkit.document.document import Kind, Trigger
-from fsmkit.plan.operations import Move
+from fsmkit.plan.operations import Variant
 from fsmkit.plan.regions import Region, Regions
 
 
@@ -55,7 +55,7 @@ class Selection:
     """
 
     plan: Regions
-    moves: tuple[Move, ...]
+    variants: tuple[tuple[Variant, ...], ...]
     is_uniform: bool = False
 
     # --- candidates ---------------------------------------------------------------------------
@@ -280,11 +280,11 @@ class Selection:
         return frozenset(self.plan.region_of[a] for a in chain) - {region}
 
     def _stays_within(self, transition: Transition) -> bool:
-        move = self.moves[transition.index]
-        domain = move.variants[0].domain
+        first, *others = self.variants[transition.index]
+        domain = first.domain
         region_of = self.plan.region_of
         is_inside = domain is None or region_of[domain] == region_of[transition.source]
-        return move.is_static and is_pure(transition) and is_inside
+        return not others and is_pure(transition) and is_inside
 
     def may_preempt(self, transition: Transition) -> bool:
         """Whether a transition is among those that may preempt each other."""
@@ -335,7 +335,7 @@ class Selection:
             region_of[one] == region_of[other] or not can_be_together(chart, one, other)
             for one in sources
             for other in sources
-        ) and all(self.moves[t].is_static for s in sources for t in chart.states[s].transitions)
+        ) and all(len(self.variants[t]) == 1 for s in sources for t in chart.states[s].transitions)
 
 
 @dataclass(frozen=True, slots=True)

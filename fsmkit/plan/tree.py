@@ -50,10 +50,10 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "start": speller.ops(plan.start),
         "moves": [
             {
-                "transition": move.transition,
-                "variants": [speller.variant(variant) for variant in move.variants],
+                "transition": index,
+                "variants": [speller.variant(variant) for variant in variants],
             }
-            for move in plan.moves
+            for index, variants in enumerate(plan.variants)
         ],
     }
 

@@ -62,22 +62,22 @@ def test_numbers_tell_descent(plan: Plan) -> None:
 def test_domains_are_those_of_appendix_d(plan: Plan) -> None:
     chart = plan.chart
     for transition in chart.transitions:
-        move = plan.moves[transition.index]
-        assert not move.variants[-1].conditions
-        assert all(variant.conditions for variant in move.variants[:-1])
+        variants = plan.variants[transition.index]
+        assert not variants[-1].conditions
+        assert all(variant.conditions for variant in variants[:-1])
         if transition.trigger is Trigger.INITIAL:
             continue
         if not transition.targets:
-            assert move.is_static
-            assert move.variants[0].domain is None
+            assert len(variants) == 1
+            assert variants[0].domain is None
         elif not any(chart.states[t].is_history for t in transition.targets):
-            assert move.is_static
+            assert len(variants) == 1
             expected = (
                 transition.source
                 if is_internal(chart, transition)
                 else lcca(chart, (transition.source, *transition.targets))
             )
-            assert move.variants[0].domain == expected
+            assert variants[0].domain == expected
 
 
 def paths(ops: tuple[Op, ...]) -> list[tuple[list[int], bool]]:
@@ -119,7 +119,7 @@ def test_what_is_entered_is_a_configuration(plan: Plan) -> None:
     for transition in chart.transitions:
         programs += [
             (variant.entry, variant.domain)
-            for variant in plan.moves[transition.index].variants
+            for variant in plan.variants[transition.index]
             if variant.domain is not None
         ]
     for ops, domain in programs:
@@ -131,7 +131,7 @@ def test_what_is_entered_is_a_configuration(plan: Plan) -> None:
 def test_random_charts_have_what_is_worth_trying() -> None:
     kinds = {state.kind for plan in map(random_plan, range(60)) for state in plan.chart.states}
     assert kinds >= {Kind.PARALLEL, Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY, Kind.FINAL}
-    assert any(not move.is_static for plan in map(random_plan, range(60)) for move in plan.moves)
+    assert any(len(each) > 1 for plan in map(random_plan, range(60)) for each in plan.variants)
 
 
 DEEP = """\
@@ -160,18 +160,18 @@ def test_the_domain_can_depend_on_what_was_recorded(tmp_path: Path) -> None:
     plan = lower(load(path))
     index = plan.chart.state_index
     (from_within,) = [
-        plan.moves[t]
+        plan.variants[t]
         for t in plan.chart.states[index["b"]].transitions
         if plan.chart.transitions[t].targets == (index["h"],)
     ]
-    inner, otherwise = from_within.variants[0], from_within.variants[-1]
+    inner, otherwise = from_within[0], from_within[-1]
     assert inner.domain == index["a"]
     (condition,) = inner.conditions
     numbers = range(condition.first, condition.last + 1)
     assert list(numbers) == [index["b"], index["c"]]
     assert otherwise.domain == index["s"]
-    (from_outside,) = [plan.moves[t] for t in plan.chart.states[index["rest"]].transitions]
-    assert from_outside.is_static
+    (from_outside,) = [plan.variants[t] for t in plan.chart.states[index["rest"]].transitions]
+    assert len(from_outside) == 1
 
 
 def size(ops: tuple[Op, ...]) -> int:
@@ -207,5 +207,5 @@ def test_size_grows_with_the_chart(tmp_path: Path, states: Callable[[int], list[
         path = tmp_path / f"{count}.yaml"
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
         plan = lower(load(path))
-        sizes.append(sum(size(v.entry) for move in plan.moves for v in move.variants))
+        sizes.append(sum(size(v.entry) for variants in plan.variants for v in variants))
     assert sizes[1] <= 2.1 * sizes[0]

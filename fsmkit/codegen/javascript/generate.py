@@ -317,7 +317,7 @@ class ChartPrinter:
         content = self._block(f"do_{stem}", self.content.of(transition), transition.content)
         variants = []
         if transition.trigger is not Trigger.INITIAL:
-            for place, variant in enumerate(self.plan.moves[index].variants):
+            for place, variant in enumerate(self.plan.variants[index]):
                 enter = "null"
                 if variant.entry:
                     name, entry = f"enter_{stem}_{place}", variant.entry

@@ -47,7 +47,7 @@ class Order:
 
     def domain(self, transition: Transition) -> int | None:
         """Return the state below which all exits and entries lie (getTransitionDomain)."""
-        return self.plan.moves[transition.index].variants[-1].domain
+        return self.plan.variants[transition.index][-1].domain
 
     def path(self, above: int, below: int) -> tuple[int, ...]:
         """Return the states from strictly below one down to another."""

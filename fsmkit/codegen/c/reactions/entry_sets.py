@@ -141,7 +141,7 @@ class MovePrinter(LeavePrinter):
         self.print_enter(out)
 
     def _domains(self, out: Unit) -> None:
-        domains = [_domain(move.variants[-1].domain) for move in self.plan.moves]
+        domains = [_domain(variants[-1].domain) for variants in self.plan.variants]
         what = "By transition: the state plus one below which it acts."
         self.table(out, "domain_of", domains, what)
         out.define("domain")

@@ -25,7 +25,7 @@ from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
 from fsmkit.language import Expr
 from fsmkit.plan import Plan, Region
-from fsmkit.plan.selection import Selection
+from fsmkit.plan.selection import Candidate, Candidates, Defer, Selection, is_sure
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class SelectionPrinter:
         self.content = content
         self.own = names.own
         is_uniform = names.form is Form.TABLES
-        self.decisions = Selection(self.plan, self.plan.moves, is_uniform)
+        self.decisions = Selection(self.plan, self.plan.variants, is_uniform)
         self.remembered = self.decisions.remembered
         self._asked = {t: place for place, t in enumerate(self.remembered)}
         self._asking: set[int] = set()
@@ -174,7 +174,7 @@ class SelectionPrinter:
         out.line(f"{head} {self.names.note(state)}")
         with out.block("{"):
             if is_event:
-                self._by_event(out, own, self.decisions.deferred_by(state), guards)
+                self._by_event(out, state, own, guards)
                 if not above and not self.reads_machine(own):
                     out.line("(void)m;")
                 out.line(f"return {above or '0u'};")
@@ -191,49 +191,35 @@ class SelectionPrinter:
         """Whether guards that are printed refer to the machine."""
         return not self._reading.isdisjoint(t.index for t in transitions)
 
-    def _in_order(self, out: Emitter, own: list[Transition], guards: dict[int, str]) -> None:
-        """Print a list of candidates, of which the last alone may have no guard."""
-        for transition in own:
-            if transition.guard is not None:
-                with out.block(f"if ({guards[transition.index]}) {{"):
-                    out.line(f"return {transition.index + 1}u; /* {self.comment(transition)} */")
-            else:
-                out.line(f"return {transition.index + 1}u; /* {self.comment(transition)} */")
+    def _in_order(self, out: Emitter, tried: Iterable[Candidate], guards: dict[int, str]) -> None:
+        """Print candidates, of which the last alone may be sure to be taken."""
+        for candidate in tried:
+            if isinstance(candidate, Defer):
+                out.line(f"return {self.names.own_upper}_DEFER;")
+                continue
+            taken = f"return {candidate.index + 1}u; /* {self.comment(candidate)} */"
+            if candidate.guard is None:
+                out.line(taken)
+                continue
+            with out.block(f"if ({guards[candidate.index]}) {{"):
+                out.line(taken)
 
     def _by_event(
-        self,
-        out: Emitter,
-        own: list[Transition],
-        defers: tuple[int, ...],
-        guards: dict[int, str],
+        self, out: Emitter, state: int, own: list[Transition], guards: dict[int, str]
     ) -> None:
-        answers: dict[int, list[Transition]] = {event: [] for event in defers}
-        for transition in own:
-            for event in transition.events:
-                if event in self.decisions.preempting:
-                    answers.setdefault(event, []).append(transition)
-        grouped: dict[tuple[tuple[int, ...], bool], list[int]] = {}
-        for event, found in answers.items():
-            key = (tuple(t.index for t in found), event in defers)
-            grouped.setdefault(key, []).append(event)
+        wanted = self.decisions.preempting | self.decisions.deferred
+        events = (*self.decisions.deferred_by(state), *(e for t in own for e in t.events))
+        grouped: dict[tuple[int, ...], tuple[Candidates, list[int]]] = {}
+        for event in dict.fromkeys(event for event in events if event in wanted):
+            tried = self.decisions.own(state, event)
+            key = tuple(-1 if isinstance(each, Defer) else each.index for each in tried)
+            grouped.setdefault(key, (tried, []))[1].append(event)
         with out.block("switch (event) {"):
-            for (indices, is_deferred), events in grouped.items():
-                for event in events:
-                    out.line(f"case {self.names.events[event]}:")
+            for tried, alike in grouped.values():
+                out.lines(f"case {self.names.events[event]}:" for event in alike)
                 with out.indented():
-                    found = [self.chart.transitions[t] for t in indices]
-                    is_closed = False
-                    for transition in found:
-                        comment = self.comment(transition)
-                        if transition.guard is None:
-                            out.line(f"return {transition.index + 1}u; /* {comment} */")
-                            is_closed = True
-                            break
-                        with out.block(f"if ({guards[transition.index]}) {{"):
-                            out.line(f"return {transition.index + 1}u; /* {comment} */")
-                    if is_deferred and not is_closed:
-                        out.line(f"return {self.names.own_upper}_DEFER;")
-                    elif not is_closed:
+                    self._in_order(out, tried, guards)
+                    if not is_sure(tried[-1]):
                         out.line("break;")
             default(out)
 

@@ -48,7 +48,7 @@ class PlainPrinter(SmallPrinter):
     def _add_paths(self) -> None:
         self.paths.begin([0, 0])
         for transition in self.taken:
-            (variant,) = self.plan.moves[transition.index].variants
+            (variant,) = self.plan.variants[transition.index]
             if variant.domain is not None:
                 self.paths.add(variant.entry, variant.domain)
         self.paths.add(self.plan.start, 0)
@@ -59,10 +59,9 @@ class PlainPrinter(SmallPrinter):
 
     def print_general(self, out: Unit) -> None:
         """Print where the paths of all transitions begin, and what these do."""
-        moves = self.plan.moves
         begins = []
         for transition in self._all:
-            (variant,) = moves[transition.index].variants
+            (variant,) = self.plan.variants[transition.index]
             domain = variant.domain
             begins.append(0 if domain is None else self.paths.at(variant.entry, domain))
         self.table(

@@ -54,7 +54,7 @@ class SmallPrinter(MovePrinter):
 
     def _add_paths(self) -> None:
         for transition in self.taken:
-            for variant in self.plan.moves[transition.index].variants:
+            for variant in self.plan.variants[transition.index]:
                 self.paths.add(variant.entry)
         self.paths.add(self.plan.start)
 
