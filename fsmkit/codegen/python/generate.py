@@ -80,9 +80,10 @@ def module_text(
         else template.invoking(saved=saved, recorded=recorded, covered=covered)
     )
     numbering = Numbering(chart) if recorded else None
+    plans = tuple(lower(member.chart) for member in members)
     needs = tuple(Needs() for _ in members)
     is_told = traced or covered
-    pairs = zip(members, needs, strict=True)
+    pairs = zip(members, plans, needs, strict=True)
     classes = [
         _class(*pair, shared, traced=is_told, saved=saved, numbering=numbering, covered=covered)
         for pair in pairs
@@ -91,7 +92,7 @@ def module_text(
     names = {name for part in parts for name in part.outside}
     arithmetic = template.arithmetic(names)
     names |= {name for part in arithmetic for name in part.outside}
-    own = [_bits(lower(member.chart), member.names) for member in members]
+    own = [_bits(plan, member.names) for member, plan in zip(members, plans, strict=True)]
     values = _values(family.names)
     constants = [Piece(name, f"{name} = {value}") for name, value in CONSTANTS.items()]
     used = reached([*constants, *values, *(piece for each in own for piece in each)], names)
@@ -114,6 +115,7 @@ def _text(constants: Iterable[Piece], used: Collection[str]) -> str:
 
 def _class(
     member: Member,
+    plan: Plan,
     needs: Needs,
     shared: template.Template,
     *,
@@ -124,7 +126,6 @@ def _class(
 ) -> Piece:
     """Return a class: alone with all that it needs, else derived from what several share."""
     chart, names = member.chart, member.names
-    plan = lower(chart)
     is_recorded = numbering is not None
     image = Image(plan) if saved or is_recorded else None
     content = ContentPrinter(chart, names, needs)
