@@ -102,7 +102,7 @@ def recordable(plan: Regions, history: int) -> tuple[int, ...]:
     """Return the states that a history may record: atomic ones, or children of its parent."""
     parent, states = plan.parents[history], plan.chart.states
     if states[history].kind is Kind.DEEP_HISTORY:
-        return tuple(state for state in plan.inside(parent) if states[state].is_leaf)
+        return tuple(state for state in plan.descendants(parent) if states[state].is_leaf)
     return plan.substates[parent]
 
 
@@ -112,7 +112,7 @@ def possible_below(plan: Regions, reaction: Reaction) -> list[int]:
     Those around it, those in other regions, and all below it.
     """
     source, domain = plan.chart.transitions[reaction.transition].source, reaction.domain
-    found = list(plan.inside(source))
+    found = list(plan.descendants(source))
     for state in plan.chains[source]:
         if state == domain:
             break
@@ -121,5 +121,5 @@ def possible_below(plan: Regions, reaction: Reaction) -> list[int]:
         if plan.chart.states[parent].kind is Kind.PARALLEL:
             for beside in plan.substates[parent]:
                 if beside != state:
-                    found += (beside, *plan.inside(beside))
+                    found += (beside, *plan.descendants(beside))
     return sorted(found)

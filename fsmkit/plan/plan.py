@@ -73,7 +73,7 @@ class Plan(Regions):
         return Reaction(variant.conditions, domain, record, leave, index, entry)
 
     @cached_property
-    def records(self) -> dict[int, tuple[Kept, ...]]:
+    def kept(self) -> dict[int, tuple[Kept, ...]]:
         """By history: what it records of each region."""
         return {history: kept_parts(self, history) for history in self.every_history}
 

@@ -79,7 +79,7 @@ class Regions:
         return tuple(state.parent or 0 for state in self.chart.states)
 
     @cached_property
-    def above(self) -> tuple[int, ...]:
+    def region_parents(self) -> tuple[int, ...]:
         """By state: the state around it in its region; 0 for none."""
         of = self.region_of
         return tuple(p if of[p] == of[s] else 0 for s, p in enumerate(self.parents))
@@ -119,7 +119,7 @@ class Regions:
         """All histories, in document order."""
         return tuple(state.index for state in self.chart.states if state.is_history)
 
-    def inside(self, state: int) -> tuple[int, ...]:
+    def descendants(self, state: int) -> tuple[int, ...]:
         """Return all states below a state, without histories."""
         states, last = self.chart.states, self.ends[state]
         return tuple(s for s in range(state + 1, last + 1) if not states[s].is_history)
@@ -142,7 +142,7 @@ class Regions:
         meeting = self.meeting(one, other)
         return meeting not in (one, other) and self.chart.states[meeting].kind is Kind.PARALLEL
 
-    def exclude(self, one: int, other: int) -> bool:
+    def are_exclusive(self, one: int, other: int) -> bool:
         """Whether two states lie in one region, neither in the other: one is active at most."""
         if self.region_of[one] != self.region_of[other]:
             return False

@@ -41,7 +41,7 @@ def _region(plan: Regions, history: int, region: Region, below: int) -> Resume:
         is_inside = not below or below < leaf <= plan.last_below[below]
         if is_inside and plan.chart.states[leaf].kind is not Kind.COMPOUND:
             path = [leaf]
-            while (state := plan.above[path[-1]]) and state != below:
+            while (state := plan.region_parents[path[-1]]) and state != below:
                 path.append(state)
             inner = (_region(plan, history, each, 0) for each in plan.inner[leaf])
             cases.append((leaf, (*map(Enter, reversed(path)), *inner)))
@@ -62,9 +62,9 @@ def restored_regions(plan: Regions, restore: Restore) -> list[tuple[int, int]]:
 
 def restored(plan: Regions, restore: Restore) -> Restored:
     """Return what a deep history enters, as sets of states."""
-    inside = plan.inside(restore.below)
+    inside = plan.descendants(restore.below)
     sure = _sure(plan, restore)
-    deeper = ((state, plan.inside(state)) for state in inside if state not in sure)
+    deeper = ((state, plan.descendants(state)) for state in inside if state not in sure)
     return Restored(inside, sure, tuple((state, below) for state, below in deeper if below))
 
 

@@ -82,7 +82,7 @@ class Selection:
                 found.setdefault(event, {}).setdefault(state.index, []).append(DEFER)
         return found
 
-    def own(self, state: int, event: int | None) -> Candidates:
+    def candidates_of(self, state: int, event: int | None) -> Candidates:
         """Return what one state tries for an event, up to what is sure to be taken.
 
         For no event, its eventless transitions.
@@ -103,7 +103,7 @@ class Selection:
     def by_state(self, event: int | None) -> Groups:
         """Return what each state tries, inner ones before outer ones: only one path is active."""
         states = sorted(self._own.get(event, ()), key=self._inner_first.__getitem__)
-        return [([state], self.own(state, event)) for state in states]
+        return [([state], self.candidates_of(state, event)) for state in states]
 
     def by_leaf(self, event: int | None) -> Groups:
         """Return what is tried from each atomic state outward, alike neighbours together."""
@@ -141,12 +141,12 @@ class Selection:
             places[state] = place
         return tuple(places)
 
-    def deepest(self, region: Region) -> list[int]:
+    def leaf_states(self, region: Region) -> list[int]:
         """Return the states that can be the deepest active ones of a region."""
         kinds = (Kind.ATOMIC, Kind.FINAL, Kind.CHOICE, Kind.PARALLEL)
         return [s for s in region.states if self.plan.chart.states[s].kind in kinds]
 
-    def tried(self, state: int, trigger: Trigger) -> list[Transition]:
+    def transitions_of(self, state: int, trigger: Trigger) -> list[Transition]:
         """Return the transitions of a state by priority, without those that others always hide."""
         kept: list[Transition] = []
         closed: set[int | None] = set()
@@ -181,7 +181,7 @@ class Selection:
             for state in self.plan.chains[leaf]:
                 if state in needed:
                     break
-                own = [t for t in self.tried(state, trigger) if self.may_preempt(t)]
+                own = [t for t in self.transitions_of(state, trigger) if self.may_preempt(t)]
                 if own or (is_event and self.deferred_by(state)):
                     needed.add(state)
                 if not is_event and any(t.guard is None for t in own):

@@ -103,7 +103,7 @@ class Machine:
             for inner in reversed(self.plan.inner[at]):
                 yield from self.below(inner.index, 0)
             yield at
-            at = self.plan.above[at]
+            at = self.plan.region_parents[at]
 
     def left(self, reaction: Reaction) -> list[int]:
         found: list[int] = []
@@ -136,7 +136,7 @@ class Machine:
     def kept(self, history: int) -> frozenset[int]:
         """Return what a history records, by its parts and as a set, which say the same."""
         whole = self.active.intersection(recordable(self.plan, history))
-        for part in self.plan.records[history]:
+        for part in self.plan.kept[history]:
             number = max(s for s in self.active if self.plan.region_of[s] == part.region)
             if part.states is None:
                 inside = {s for s in whole if part.region == self.plan.region_of[s]}
@@ -166,7 +166,7 @@ class Machine:
                 case Restore(history):
                     before = len(self.log)
                     self.ops(self.plan.resumed(op))
-                    if history in self.held and self.plan.records[history][0].states is None:
+                    if history in self.held and self.plan.kept[history][0].states is None:
                         self.check_restored(op, self.log[before:])
                 case Resume(history, region, cases):
                     wanted = self.number(history, region)

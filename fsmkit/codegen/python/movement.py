@@ -231,7 +231,7 @@ class Mover:
             return f"not {held}"
         region, first, last = condition.region, condition.first, condition.last
         states = self._plan.numbers_within(region, first, last)
-        inside = {s for state in states for s in (state, *self._plan.inside(state))}
+        inside = {s for state in states for s in (state, *self._plan.descendants(state))}
         return f"{held} & {mask(self._names, inside)}"
 
     def leave(self, reaction: Reaction) -> None:

@@ -79,7 +79,7 @@ def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
     parent = plan.parents[history]
     is_deep = states[history].kind is Kind.DEEP_HISTORY
     is_whole = not is_deep and states[parent].kind is Kind.PARALLEL
-    return region, _mask(plan.inside(parent)), _mask(recordable(plan, history)), is_whole
+    return region, _mask(plan.descendants(parent)), _mask(recordable(plan, history)), is_whole
 
 
 def type_code(type_: lang.Type) -> tuple[object, ...]:

@@ -121,7 +121,7 @@ class Checker:
 
     def _has_deep_initial(self, index: int) -> bool:
         """Whether an initial state strictly below a state, not of it, is no child."""
-        inside = (self.chart.states[state] for state in self.plan.inside(index))
+        inside = (self.chart.states[state] for state in self.plan.descendants(index))
         return any(s.kind is Kind.COMPOUND and self._is_deep(s) for s in inside)
 
     def _is_deep(self, state: State) -> bool:

@@ -94,7 +94,7 @@ class Order:
         target = self.dest(transition)
         found = [*self.path(domain, target)]
         if self.chart.states[transition.targets[0]].is_history:  # any of them
-            found += sorted(self.plan.inside(target), key=self._depth)
+            found += sorted(self.plan.descendants(target), key=self._depth)
             return tuple(self.chart.states[index] for index in found)
         level = [target]
         while level:

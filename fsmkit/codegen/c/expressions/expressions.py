@@ -317,7 +317,7 @@ class Printer(Operators):
             case lang.InState(a), lang.InState(b):
                 if a in self.names.varied or b in self.names.varied:
                     return False
-                return self.names.plan.exclude(a, b)
+                return self.names.plan.are_exclusive(a, b)
             case lang.InState(), lang.Binary(lang.BinaryOp.AND, left, right):
                 return self._is_excluded(test, left) or self._is_excluded(test, right)
             case _:

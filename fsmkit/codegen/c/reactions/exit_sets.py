@@ -189,7 +189,7 @@ class LeavePrinter(ActionPrinter):
 
     def _record_one(self, out: Emitter, history: int) -> None:
         names = self.names
-        for part in self.plan.records[history]:
+        for part in self.plan.kept[history]:
             if (history, part.region) not in names.histories:
                 continue
             kept = f"m->{names.histories[history, part.region]}"

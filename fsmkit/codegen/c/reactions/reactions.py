@@ -221,7 +221,7 @@ class ReactionPrinter:
     ) -> None:
         """Print the body of a function: a switch over the deepest active states of a region."""
         answers: dict[Answer, list[int]] = {}
-        for leaf in self.decisions.deepest(region):
+        for leaf in self.decisions.leaf_states(region):
             answers.setdefault(answer(leaf), []).append(leaf)
         answers.pop(Answer(), None)
         region_number = f"m->{self.names.regions[region.index]}"
@@ -247,7 +247,7 @@ class ReactionPrinter:
         with out.block("{"):
             out.lines(["(void)m;", "(void)cause;", "return FSM_STOPPED;"])
         out.line()
-        leaves = set(self.decisions.deepest(self.plan.regions[0]))
+        leaves = set(self.decisions.leaf_states(self.plan.regions[0]))
         rows = []
         for state in self.chart.states[: max(leaves, default=0) + 1]:
             name = calls.get(state.index, f"{p}_unhandled") if state.index in leaves else ""
@@ -260,11 +260,11 @@ class ReactionPrinter:
         """Print what each state with reactions does; what it does not answer, those above do."""
         calls = {0: f"{self.own}_unhandled"}
         for state in self.plan.regions[0].states:
-            above = calls[state] = calls[self.plan.above[state]]
+            above = calls[state] = calls[self.plan.region_parents[state]]
             answers: dict[Answer, list[int]] = {}
             for event in self.by_event:
                 if event not in self.decisions.preempting:
-                    found = transitions(self.decisions.own(state, event))
+                    found = transitions(self.decisions.candidates_of(state, event))
                     if found:
                         may_stop = self.decisions.can_stop_below(state, event)
                         answer = self._answer(found, may_stop=may_stop)
@@ -412,7 +412,7 @@ class ReactionPrinter:
         """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
         steps: list[Step] = []
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
-            for leaf in self.decisions.deepest(region):
+            for leaf in self.decisions.leaf_states(region):
                 found = self.candidates(leaf, event)
                 if not found:
                     continue

@@ -150,7 +150,7 @@ class SelectionPrinter:
         calls = {0: ""}
         chain = self.decisions.chain(trigger)
         for state, outer in chain.links:
-            own = filter(self.decisions.may_preempt, self.decisions.tried(state, trigger))
+            own = filter(self.decisions.may_preempt, self.decisions.transitions_of(state, trigger))
             name = f"{self.own}_{'state' if is_event else 'always'}_{state}"
             self._finder(out, name, state, list(own), trigger, calls[outer])
             calls[state] = f"{name}(m{', event' if is_event else ''})"
@@ -211,7 +211,7 @@ class SelectionPrinter:
         events = (*self.decisions.deferred_by(state), *(e for t in own for e in t.events))
         grouped: dict[tuple[int, ...], tuple[Candidates, list[int]]] = {}
         for event in dict.fromkeys(event for event in events if event in wanted):
-            tried = self.decisions.own(state, event)
+            tried = self.decisions.candidates_of(state, event)
             key = tuple(-1 if isinstance(each, Defer) else each.index for each in tried)
             grouped.setdefault(key, (tried, []))[1].append(event)
         with out.block("switch (event) {"):
@@ -282,7 +282,7 @@ class SelectionPrinter:
         self, out: Emitter, region: Region, calls: Sequence[str], *, is_event: bool
     ) -> None:
         by_call: dict[str, list[int]] = {}
-        for leaf in self.decisions.deepest(region):
+        for leaf in self.decisions.leaf_states(region):
             by_call.setdefault(calls[leaf], []).append(leaf)
         by_call.pop("", None)
         if not by_call:
@@ -307,7 +307,7 @@ class SelectionPrinter:
         more = ", event" if is_event else ""
         printed = False
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
-            for leaf in self.decisions.deepest(region):
+            for leaf in self.decisions.leaf_states(region):
                 lines = []
                 if self.chart.states[leaf].kind is Kind.PARALLEL:
                     lines = [

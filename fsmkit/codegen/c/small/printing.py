@@ -391,7 +391,7 @@ class SmallPrinter(MovePrinter):
         chart = self.chart
         found: list[tuple[int, int, str]] = []
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
-            for transition in self.selection.decisions.tried(state, trigger):
+            for transition in self.selection.decisions.transitions_of(state, trigger):
                 note = self.selection.comment(transition)
                 is_event = trigger is Trigger.EVENT
                 events = transition.events if is_event else (len(chart.events),)
