@@ -24,10 +24,7 @@ from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.steps import StepPrinter
 from fsmkit.codegen.c.small.plain import small_printer
-from fsmkit.codegen.c.small.printing import SmallPrinter
-from fsmkit.document.document import Trigger
 from fsmkit.language import RecordType
-from fsmkit.plan.entered import entered
 
 
 class SourcePrinter:
@@ -56,7 +53,7 @@ class SourcePrinter:
         self.states = Unit()
         self.selectors = Unit()
         self.steps = Unit()
-        self._print_states()
+        self.moves.print_states(self.states)
         self._print_selection()
         self._print_start()
 
@@ -154,28 +151,6 @@ class SourcePrinter:
                 default(out)
         out.line()
 
-    def _print_states(self) -> None:
-        out, moves, names = self.states, self.moves, self.names
-        p = names.own
-        if isinstance(moves, SmallPrinter):
-            moves.print_states(out)
-            return
-        reached = entered(names.plan)
-        for state in self.chart.states[1:]:
-            if not state.is_history:
-                entries = moves.entries(state.index) if state.index in reached else ()
-                # less stands where it is done
-                both = (("exit", moves.exits(state.index), 1), ("enter", entries, 2))
-                for verb, lines, little in both:
-                    if len(lines) > little:
-                        out.define(names.function(verb, state.index))
-                        out.line(f"static void {names.function(verb, state.index)}({p} *m)")
-                        with out.block("{"):
-                            out.lines(lines)
-                        out.line()
-        for region in reversed(names.plan.regions):
-            moves.leave_region(out, region)
-
     def _print_selection(self) -> None:
         out, names = self.selectors, self.names
         reactions = self.reactions
@@ -204,24 +179,10 @@ class SourcePrinter:
             reactions.print_by_event(self.answers)
 
     def _select(self, out: Unit) -> None:
-        names, moves = self.names, self.moves
-        if isinstance(moves, SmallPrinter):
-            moves.print_selection(out)
-        else:
-            defer = "0xFFFFu" if names.taken_type == "uint16_t" else "0xFFFFFFFFu"
-            out.define("DEFER")
-            out.line(f"#define {names.own_upper}_DEFER {defer}")
-            out.define("REGIONS")
-            out.line(f"#define {names.own_upper}_REGIONS {len(names.plan.regions)}")
-            out.line()
-        if not names.plan.is_single:
-            print_pieces(out, names, "selection", "selection", "add")
-        if isinstance(moves, SmallPrinter):
-            moves.print_selectors(out)
-            return
-        for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
-            calls = self.selection.finders(out, trigger)
-            self.selection.over_regions(out, trigger, calls)
+        self.moves.print_selection(out)
+        if not self.names.plan.is_single:
+            print_pieces(out, self.names, "selection", "selection", "add")
+        self.moves.print_selectors(out)
 
     def _print_start(self) -> None:
         out, names = self.steps, self.names

@@ -17,6 +17,7 @@ from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Branch, Content, Enter, Reaction, Restore, Within
+from fsmkit.plan.entered import entered
 from fsmkit.plan.operations import Forget, Ops, Resume
 
 Lines = tuple[str, ...]
@@ -129,6 +130,41 @@ class MovePrinter(LeavePrinter):
                 with case(out, f"{self.names.number(number)}{added}:"):
                     self.ops(out, ops)
             default(out)
+
+    def print_states(self, out: Unit) -> None:
+        """Print the functions that enter and leave states, and those that leave regions."""
+        reached = entered(self.plan)
+        for state in self.plan.descendants(0):
+            entries = self.entries(state) if state in reached else ()
+            # less stands where it is done
+            for verb, lines, little in (("exit", self.exits(state), 1), ("enter", entries, 2)):
+                if len(lines) > little:
+                    name = self.names.function(verb, state)
+                    out.define(name)
+                    out.line(f"static void {name}({self.own} *m)")
+                    with out.block("{"):
+                        out.lines(lines)
+                    out.line()
+        for region in reversed(self.plan.regions):
+            self.leave_region(out, region)
+
+    def print_selection(self, out: Unit) -> None:
+        """Print the constants of a selection."""
+        defer = "0xFFFFu" if self.names.taken_type == "uint16_t" else "0xFFFFFFFFu"
+        for name, value in (("DEFER", defer), ("REGIONS", len(self.plan.regions))):
+            out.define(name)
+            out.line(f"#define {self.names.own_upper}_{name} {value}")
+        out.line()
+
+    def print_selectors(self, out: Unit) -> None:
+        """Print the functions that the loop calls, after the type of what they find."""
+        for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
+            calls = self.selection.finders(out, trigger)
+            self.selection.over_regions(out, trigger, calls)
+
+    def merge_timeouts(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
+        """Return what timeouts do, with those that do it, and what stands before that."""
+        return [([timer], lines) for timer, lines in bodies.items()], ()
 
     # --- what is taken by its number ------------------------------------------------------
 

@@ -12,8 +12,6 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.invocation import COMMUNICATION, InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
-from fsmkit.codegen.c.small.alike import COPY
-from fsmkit.codegen.c.small.printing import SmallPrinter
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 
@@ -62,15 +60,8 @@ class TimeoutPrinter:
         if not timed:
             return
         bodies = {t.index: self._body(t) for t in timed}
-        moves, done, reads = (
-            self.reactions.moves,
-            [([t], body) for t, body in bodies.items()],
-            False,
-        )
-        if isinstance(moves, SmallPrinter):
-            done, reads = moves.merge_timeouts(bodies)
-        if reads:
-            out.line(f"const uint8_t {COPY} = {names.own}_copy_taking[timer.what];")
+        done, before = self.reactions.moves.merge_timeouts(bodies)
+        out.lines(before)
         with out.block("switch (timer.what) {"):
             for members, lines in done:
                 for t in members:

@@ -6,7 +6,7 @@ time than straight code, the more states lie above each other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate
@@ -145,12 +145,14 @@ class SmallPrinter(MovePrinter):
         t = self.chart.transitions[transition]
         return None if self.selection.is_remembered(t) else At(t.events, t.guard, "", transition)
 
-    def merge_timeouts(
-        self, bodies: Mapping[int, Lines]
-    ) -> tuple[list[tuple[list[int], Lines]], bool]:
-        """Return what timeouts do, with those that do it, and whether it reads `COPY`."""
+    def merge_timeouts(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
+        """Return what timeouts do, with those that do it, and how it finds its copy."""
         places = {t: self.plan.instances.transition(t) for t in bodies}
-        return self.alike.merge(bodies, places, self._fired, self._print_fired)
+        done, reads = self.alike.merge(bodies, places, self._fired, self._print_fired)
+        return done, (self._copy_of("timer.what"),) if reads else ()
+
+    def _copy_of(self, transition: str) -> str:
+        return f"const uint8_t {COPY} = {self.own}_copy_taking[{transition}];"
 
     def _fired(self, transition: int) -> Fired | None:
         """Return what a timeout does, to be compared."""
@@ -306,8 +308,7 @@ class SmallPrinter(MovePrinter):
         self.print_copies(out)
         places = {t: self.plan.instances.transition(t) for t in bodies}
         done, reads = self.alike.merge(bodies, places, self._content_of, self._print_content)
-        copy = f"const uint8_t {COPY} = {self.own}_copy_taking[{self.transition_taken}];"
-        return done, (copy,) if reads else ()
+        return done, (self._copy_of(self.transition_taken),) if reads else ()
 
     def print_leave(self, out: Unit) -> None:
         """Print how all is left below a domain, by its number plus one."""
