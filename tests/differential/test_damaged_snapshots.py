@@ -12,10 +12,11 @@ import pytest
 import fsmkit
 from devtools import snapshots
 from devtools.differential import Case, compare_all
+from devtools.runtimes import harness
 from fsmkit.plan.image import head, sealed
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.snapshot_bytes import pack
-from fsmkit.testing.harness.harness import INTERPRETER, harness
+from fsmkit.testing.harness.harness import INTERPRETER
 
 CHART = """
 chart: Saved

@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.exploring import MODEL, SEARCH, Exploring, exploring_options
+from fsmkit.cli.common.interrupts import received
 from fsmkit.cli.common.options import Reading, path_option, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
@@ -42,7 +43,7 @@ def command(file: Path, folder: Path, as_json: bool, exploring: Exploring, readi
     """Generate tests that reach every transition and state.
 
     What no run reaches is left out. Writes a pytest, a C program, and a page that lists what
-    they cover. Exit code 1: a property is violated or undecided.
+    they cover; after an interrupt, nothing. Exit code 1: the exploration did not end.
     """
     system, found = evaluated(
         file,
@@ -53,6 +54,9 @@ def command(file: Path, folder: Path, as_json: bool, exploring: Exploring, readi
         replacing=exploring.replacing,
         deadline=exploring.deadline,
     )
+    if received():
+        report(found.findings)
+        return int(found.verdict is Verdict.UNDECIDED)
     charts = compiled_charts(system, found.closed.system) if system.machines else ()
     covered = cover(found)
     made = covering(folder, covered, file, charts)
