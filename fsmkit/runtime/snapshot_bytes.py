@@ -293,6 +293,8 @@ class _Reader:
             return None
         reader = _Reader(image, self._data, self._now, self.at)
         found = reader.machine()
+        if not found.running:
+            raise ValueError(f"a slot holds `{image.chart.name}`, which does not run")
         self.at = reader.at
         return found
 

@@ -5,6 +5,7 @@ The long run is ``python -m devtools.snapshots``.
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -104,6 +105,59 @@ def test_impossible_machines_are_rejected_by_all_targets() -> None:
     chart = fsmkit.read_chart(PATH)
     lines = [line for name in IMPOSSIBLE for line in (f"restore 7 {changed(name).hex()}", "dump")]
     assert INTERPRETER.run(chart, lines).count("not restored") == len(IMPOSSIBLE)
+    targets = [harness(name) for name in (*snapshots.TARGETS, "pyext")]
+    totals = compare_all([Case((), chart, ("start 0", *lines))], targets)
+    assert not totals.divergences, totals.divergences[0]
+
+
+INNER = """
+chart: Inner
+data: {kept: 0..9 = 3}
+initial: s
+states: {s: {}}
+"""
+OUTER = """
+chart: Outer
+data: {real: float32 = 1.5, long: float64 = 1.5}
+events: {in: [go]}
+initial: idle
+states:
+  idle: {on: {go: busy}}
+  busy: {invoke: {id: inner, src: inner.yaml}, on: {go: idle}}
+"""
+
+
+@pytest.mark.external
+@pytest.mark.cc
+def test_numbers_and_slots_have_one_form(tmp_path: Path) -> None:
+    """NaN has the same bytes everywhere, and a machine that does not run leaves zeros."""
+    (tmp_path / "inner.yaml").write_text(INNER)
+    (tmp_path / "outer.yaml").write_text(OUTER)
+    chart = fsmkit.read_chart(tmp_path / "outer.yaml")
+    session = fsmkit.Session(chart)
+    idle = bytearray(session.save_bytes()[:-4])
+    session.post("go")
+    session.run()
+    busy = bytearray(session.save_bytes()[:-4])
+    real, long = idle.index(struct.pack("<f", 1.5)), idle.index(struct.pack("<d", 1.5))
+    slot = next(at for at in range(len(head(chart)) + 16, len(idle)) if idle[at] != busy[at])
+    forms = []
+    for place, nans in (
+        (real, ("0000c07f", "0100807f", "0000c0ff", "ffffff7f")),
+        (long, ("000000000000f87f", "010000000000f07f", "000000000000f8ff")),
+    ):
+        for text in nans:
+            changed = bytearray(idle)
+            changed[place : place + len(text) // 2] = bytes.fromhex(text)
+            forms.append(sealed(bytes(changed)))
+    for at in range(slot, len(idle)):
+        forms.append(sealed(bytes(idle[:at] + b"\x03" + idle[at + 1 :])))
+        stopped = bytearray(busy)
+        stopped[slot] = 0
+        forms.append(sealed(bytes(stopped[:at] + b"\x00" + stopped[at + 1 :])))
+    lines = [line for data in forms for line in (f"restore 7 {data.hex()}", "dump")]
+    accepted = len(forms) - INTERPRETER.run(chart, lines).count("not restored")
+    assert accepted == 2, "the usual NaN of each length"
     targets = [harness(name) for name in (*snapshots.TARGETS, "pyext")]
     totals = compare_all([Case((), chart, ("start 0", *lines))], targets)
     assert not totals.divergences, totals.divergences[0]

@@ -103,7 +103,8 @@ class Writer {
 
   put(code, value) {
     const isLong = code === "Q" || code === "q";
-    this.view[`set${METHODS[code]}`](this.at, isLong ? BigInt(value) : Number(value), true);
+    const number = isLong ? BigInt(value) : Number.isNaN(value) ? NaN : Number(value); // one NaN, not the bits it was read with
+    this.view[`set${METHODS[code]}`](this.at, number, true);
     this.at += SIZES[code];
   }
 
