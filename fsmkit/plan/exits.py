@@ -62,7 +62,7 @@ def records(plan: Regions, source: int, domain: int, leave: Exits) -> tuple[Reco
 
 
 def _reachable(plan: Regions, source: int) -> list[int]:
-    """Return the histories, in order, of what may be active while a state is.
+    """Return the histories, in order, of all states that may be active while a state is.
 
     Those of its region are its own, and those of what lies around it and in it.
     """

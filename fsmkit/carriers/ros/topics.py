@@ -19,7 +19,7 @@ QOS = ("default", "state", "sensor")
 """Reliable and volatile; reliable and kept for who comes late; best effort."""
 TOPIC = re.compile(r"/?(?!.*__)[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 MOST_TOPIC = 200
-"""Characters of a topic, or of what topics begin with; rmw takes 246 with its prefixes."""
+"""Characters of a topic, or of a prefix of topics; rmw takes 246 with its prefixes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -215,7 +215,7 @@ def command(
 
 
 def _timing(model: Model | Board) -> tuple[list[str], dict[str, object]]:
-    """Return how late messages come, in lines and as data; nothing of what is no deployment."""
+    """Return how late messages come, in lines and as data; nothing for other models."""
     if isinstance(model, Chart | System | Board):
         return [], {}
     lines: list[str] = []

@@ -224,7 +224,7 @@ def bind_relation(binder: Binder, node: syntax.BinaryNode) -> tree.Expr | None:
 
 
 def bind_system(binder: Binder, node: syntax.Node) -> tree.Expr | None:
-    """Type a system variable or a part of one; None where it is none, or not known here."""
+    """Type a system variable or a part of one; None for other nodes, or if it is not known here."""
     scope, span = binder.context.scope, binder.span(node)
     session = scope.constants.get(SESSION)
     if session is None:

@@ -37,7 +37,7 @@ int fsm_link_keys_of(void *message);
 void fsm_link_keys_close(fsm_link_keys *keys);
 
 /* Read a key out of a file as ZeroMQ's tools write them (name.key, name.key_secret): `kind` is
- * "public-key" or "secret-key". False if there is none. */
+ * "public-key" or "secret-key". False if it is missing. */
 bool fsm_link_zmq_key(const char *path, const char *kind, char key[FSM_LINK_KEY]);
 
 #ifdef __cplusplus

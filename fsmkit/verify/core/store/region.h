@@ -10,7 +10,7 @@ typedef struct {
     size_t reserved;
 } fsm_region;
 
-/* Reserves room for `bytes`, or for as much of it as can be had. False if there is none. */
+/* Reserves room for `bytes`, or for as much of it as can be had. False if it is missing. */
 bool fsm_region_reserve(fsm_region *self, size_t bytes);
 void fsm_region_release(fsm_region *self);
 

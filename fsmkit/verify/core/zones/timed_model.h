@@ -120,7 +120,7 @@ bool fsm_timed_covers(fsm_timed_model *self, fsm_state big, fsm_state small);
  * others are said to have all of some marks, so what is violated then is violated. False if memory ran out. */
 bool fsm_timed_be_partial(fsm_timed_model *self, const fsm_set *passed, const uint32_t *marks, uint32_t count);
 
-/* A discrete part and points of it, before they are told apart. */
+/* A discrete part and points of it, before they are separated. */
 typedef struct {
     const uint32_t *locals;
     uint32_t tuple, size;

@@ -51,15 +51,15 @@ class World:
         return snapshot.data[slot] if slot >= 0 else snapshot.inputs[-1 - slot]
 
     def event_field(self, name: str) -> Value:
-        """Tell that there is no event at hand."""
+        """Reject a field, since there is no current event."""
         raise ContentError(f"there is no event whose `{name}` could be read")
 
     def event_name(self) -> str:
-        """Return the empty name: no event is at hand."""
+        """Return the empty name: there is no current event."""
         return ""
 
     def event_type(self) -> str:
-        """Return the empty type: no event is at hand."""
+        """Return the empty type: there is no current event."""
         return ""
 
     def is_in(self, state: int) -> bool:
