@@ -1,4 +1,4 @@
-"""``fsmkit check --spin-trail``: a path that SPIN found, shown as one of our own."""
+"""``fsmkit export --replay-trail``: a path that SPIN found, shown as a counterexample."""
 
 from __future__ import annotations
 
