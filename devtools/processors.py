@@ -1,6 +1,7 @@
-"""Generated C in two forms, on this and on other processors, as runtimes.
+"""Generated C in two forms, with sanitizers and on other processors, as runtimes.
 
-``c-size`` is C for size on this computer; ``c-arm``, ``c-size-powerpc`` ... are built by cross
+``c-size`` is C for size on this computer. ``c-sanitized`` and ``c-size-sanitized`` stop at errors
+of memory and at undefined behaviour. ``c-arm``, ``c-size-powerpc`` ... are built by cross
 compilers and run in emulators, which `make tools` installs. So
 ``python -m devtools.differential --targets c-powerpc`` compares a big-endian machine with the
 interpreter, its snapshots included.
@@ -28,12 +29,21 @@ The x87 registers of i386 keep more digits than a `double`, so its C is compiled
 FORMS: Mapping[str, Options] = {"c": OPTIONS, "c-size": replace(OPTIONS, is_small=True)}
 
 
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
 def _runtime(name: str, form: str, processor: Processor) -> Harness:
     return Runtime(name, partial(run_many, options=FORMS[form], processor=processor))
 
 
 SMALL = _runtime("c-size", "c-size", HERE)
 """C for size on this computer."""
+SANITIZED: Mapping[str, Harness] = {
+    name: _runtime(name, form, Processor(("gcc", *SANITIZERS)))
+    for form in FORMS
+    for name in [f"{form}-sanitized"]
+}
+"""C on this computer that ends with an error of memory or of undefined behaviour."""
 CROSS: Mapping[str, Harness] = {
     f"{form}-{processor}": _runtime(f"{form}-{processor}", form, PROCESSORS[processor])
     for form in FORMS

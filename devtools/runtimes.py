@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import click
 
-from devtools.processors import CROSS, SMALL
+from devtools.processors import CROSS, SANITIZED, SMALL
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.testing.harness import harness as own
 from fsmkit.testing.harness.harness import Harness
@@ -19,13 +19,13 @@ def harnesses() -> tuple[Harness, ...]:
 
 
 def harness(name: str) -> Harness:
-    """Return the harness of a target, or of another form of its C, or on another processor.
+    """Return the harness of a target, or of C in another form or on another processor.
 
     Raises:
         FsmkitError: there is none of that name.
 
     """
-    return {SMALL.name: SMALL, **CROSS}.get(name) or own.harness(name)
+    return {SMALL.name: SMALL, **SANITIZED, **CROSS}.get(name) or own.harness(name)
 
 
 def runtimes(_: click.Context, __: click.Parameter, value: str | None) -> tuple[str, ...]:
@@ -39,5 +39,5 @@ def runtimes(_: click.Context, __: click.Parameter, value: str | None) -> tuple[
         return tuple(harness(name.strip()).name for name in value.split(",")) if value else ()
     except FsmkitError as error:
         (found,) = error.diagnostics
-        known = ", ".join((str(found.help), SMALL.name, *CROSS))
+        known = ", ".join((str(found.help), SMALL.name, *SANITIZED, *CROSS))
         raise click.BadParameter(f"{found.message}: {known}") from None

@@ -17,6 +17,7 @@ from devtools.runtimes import harness
 from fsmkit.plan.image import head, sealed
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.snapshot_bytes import pack
+from fsmkit.testing.harness import c as c_harness
 from fsmkit.testing.harness.harness import INTERPRETER
 
 CHART = """
@@ -48,6 +49,19 @@ def test_every_target_accepts_the_same(target: str) -> None:
         totals = snapshots.run_chart(0, number, 40, [target])
         assert totals.divergences == 0
         assert totals.accepted < totals.tried
+
+
+@pytest.mark.slow
+@pytest.mark.external
+def test_an_error_of_memory_is_a_divergence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The snapshots are right, but the program reads behind an array."""
+    main = c_harness._main
+    broken = "int volatile at = 4; static char known[4]; return known[at];"
+    monkeypatch.setattr(
+        c_harness, "_main", lambda machines: main(machines).replace("return 0;", broken)
+    )
+    totals = snapshots.run_chart(0, 3, 2, ["c-sanitized"])
+    assert totals.divergences == 1
 
 
 def saved_on() -> tuple[fsmkit.Session, bytearray]:
