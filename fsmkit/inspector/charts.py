@@ -16,6 +16,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.as_json import place
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Origin, Trigger
+from fsmkit.emit.svg import STYLE
 from fsmkit.inspector.commands import wrong
 from fsmkit.runtime.live.messages import ChartOf
 from fsmkit.runtime.live.steps import hash_of
@@ -169,4 +170,5 @@ def _drawn(chart: Chart, fold: frozenset[int]) -> str:
         found = draw(chart, Path("drawing.svg"), unfolded=(ALL,), fold=fold)
     except FsmkitError:
         return ""
-    return found.decode("utf-8") if isinstance(found, bytes) else found
+    svg = found.decode("utf-8") if isinstance(found, bytes) else found
+    return svg.replace(STYLE, "")  # the page has colours of its own

@@ -71,6 +71,7 @@ export function html(source: string, script: string, nonce: string): string {
 <meta http-equiv="Content-Security-Policy" content="${policy}">
 <style nonce="${nonce}">
 html, body { height: 100%; margin: 0; background: white; }
+@media (prefers-color-scheme: dark) { html, body { background: #1c232a; } }
 #note { position: fixed; left: 0; right: 0; padding: 4px 8px; background: #fff3cd; color: #533f03; font: 13px sans-serif; }
 #picture { overflow: auto; height: 100%; }
 #picture svg { transform-origin: 0 0; }

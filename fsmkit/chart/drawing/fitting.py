@@ -16,11 +16,11 @@ END = b"</svg>"
 TEXT = re.compile(r'<text text-anchor="(\w+)" x="([^"]*)" y="([^"]*)"([^>]*)>([^<]*)</text>')
 
 
-def fitted(content: bytes) -> bytes:
-    """Return a drawing whose texts have their widths.
+def fitted(content: bytes) -> str:
+    """Return a drawing in SVG whose texts have the widths of the layout.
 
     Args:
-        content: What ``dot -Tsvg -Tjson`` writes: the drawing, then how it is made.
+        content: The output of ``dot -Tsvg -Tjson``: the drawing, then its layout as JSON.
 
     """
     end = content.index(END) + len(END)
@@ -38,7 +38,7 @@ def fitted(content: bytes) -> bytes:
         length = f' textLength="{width:.5g}" lengthAdjust="spacingAndGlyphs"'
         return f'<text text-anchor="{anchor}" x="{x}" y="{y}"{more}{length}>{text}</text>'
 
-    return (TEXT.sub(wide, svg) + "\n").encode()
+    return TEXT.sub(wide, svg) + "\n"
 
 
 def _place(x: float, y: float) -> tuple[float, float]:

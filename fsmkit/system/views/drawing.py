@@ -30,6 +30,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import notating
 from fsmkit.emit.dot import escaped, font, left, quoted, statement, titled
+from fsmkit.emit.svg import with_dark_colours
 from fsmkit.plugins import plugin, plugin_for, plugins
 from fsmkit.system.any_file import Model
 from fsmkit.system.deployment.deployment import Deployment
@@ -231,7 +232,8 @@ def _picture(text: str, kind: str) -> bytes:
             laid_out = graphviz.Source(layout, engine="neato")
             return bytes(laid_out.pipe(format=kind, neato_no_op=2, quiet=True))
         # two formats of one layout, which the library does not have
-        return fitted(_output_of(["neato", "-n2", "-Tsvg", "-Tjson"], layout))
+        svg = fitted(_output_of(["neato", "-n2", "-Tsvg", "-Tjson"], layout))
+        return with_dark_colours(svg).encode()
     except (FileNotFoundError, graphviz.ExecutableNotFound) as error:
         raise fail(
             "missing-graphviz",

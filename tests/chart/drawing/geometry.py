@@ -49,10 +49,10 @@ class Picture:
         return {own: box for own, box in self.boxes.items() if "cluster" in box.kind.split()}
 
 
-def picture(svg: bytes) -> Picture:
+def picture(svg: bytes | str) -> Picture:
     """Return the parts of a drawing."""
     boxes, texts = {}, {}
-    for group in etree.fromstring(svg).iter(f"{SVG}g"):
+    for group in etree.fromstring(svg if isinstance(svg, bytes) else svg.encode()).iter(f"{SVG}g"):
         kind, own = group.get("class") or "", group.get("id") or ""
         if not re.match(r"(cluster|node|edge)\b", kind):
             continue

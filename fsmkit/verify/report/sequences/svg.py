@@ -20,6 +20,7 @@ from fsmkit.chart.drawing.states.dot.draw import (
     WATCHDOG,
 )
 from fsmkit.emit import notating
+from fsmkit.emit.svg import with_dark_colours
 from fsmkit.emit.xml import escaped
 from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
 
@@ -59,7 +60,7 @@ LEGEND = {
 @notating
 def draw(sequence: Sequence) -> str:
     """Return the text of an SVG file."""
-    return _Drawer(sequence).text()
+    return with_dark_colours(_Drawer(sequence).text())
 
 
 class _Drawer:
