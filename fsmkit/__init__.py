@@ -482,6 +482,6 @@ def _model(subject: Model | str | Path, findings: Findings) -> Model:
 
 
 def _system(subject: Model | str | Path, findings: Findings) -> System:
-    from fsmkit.system.any_file import explored
+    from fsmkit.system.any_file import explored_model
 
-    return explored(_model(subject, findings))
+    return explored_model(_model(subject, findings))

@@ -121,7 +121,7 @@ def form_of(property_: Property) -> Form | None:
         case Builtin.LIVELOCK:
             return Form.LIVELOCK
         case AtStates():
-            return Form.REACHED if property_.is_wanted else Form.NEVER
+            return Form.REACHED if property_.is_existential else Form.NEVER
         case OverGraph(procedure="recoverable"):
             return Form.RECOVERABLE
         case OverGraph(procedure="leads-to"):

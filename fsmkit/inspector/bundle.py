@@ -36,8 +36,8 @@ from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.script import is_received
 from fsmkit.system.machine import Machine
 from fsmkit.system.properties.condition import Atom
-from fsmkit.system.schedule import unit_of
-from fsmkit.system.shared import tries_eventless
+from fsmkit.system.schedule import time_unit
+from fsmkit.system.shared import has_data_trigger
 from fsmkit.system.system import System, state_properties
 from fsmkit.verify import questions
 from fsmkit.verify.questions import Expression
@@ -95,7 +95,7 @@ def simulating_page(
         FsmkitError: For a condition that is none, machines that do not count time alike.
 
     """
-    unit_of(system)
+    time_unit(system)
     here = script(system, file=file, conditions=conditions, scenarios=scenarios)
     transport = page.SPARED.sub("", (HERE / "transport.js").read_text(encoding="utf-8"))
     served = page.assembled(here + transport, is_spared=True)
@@ -336,7 +336,7 @@ def _machine(machine: Machine) -> str:
         "name": machine.name,
         "environment": machine.environment,
         "shared": [{"data": slot.data, "element": slot.element} for slot in machine.shared],
-        "triesEventless": tries_eventless(machine, chart),
+        "triesEventless": has_data_trigger(machine, chart),
     }
     class_ = f'modules["{hash_}.mjs"].{class_name(chart)}'
     return f'{{ ...{_literal(fixed)}, Machine: {class_}, chart: charts["{hash_}"] }}'

@@ -28,8 +28,8 @@ from fsmkit.runtime.interpreter.run import (
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.script import SeededHost
 from fsmkit.system.machine import EventLink, operation_port
-from fsmkit.system.schedule import unit_of
-from fsmkit.system.shared import kept_at_start, tries_eventless, written_value
+from fsmkit.system.schedule import time_unit
+from fsmkit.system.shared import has_data_trigger, kept_at_start, written_value
 from fsmkit.system.system import System
 
 FOR_EVER = 2**62
@@ -100,7 +100,7 @@ class Simulation:
 
     def __init__(self, system: System, seed: int = 1) -> None:
         """`FsmkitError` if the machines do not count time alike."""
-        unit_of(system)
+        time_unit(system)
         self.system = system
         self.charts: tuple[Chart, ...] = tuple(machine.chart for machine in system.machines)
         self.names = tuple(machine.name for machine in system.machines)
@@ -205,7 +205,7 @@ class Simulation:
         if not before.running:
             return None
         own = self.system.machines[machine]
-        if tries_eventless(own, chart):
+        if has_data_trigger(own, chart):
             host = self._host(moment, machine)
             tried = step_eventless(chart, before, host)
             if tried is not None:

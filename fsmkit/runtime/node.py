@@ -26,7 +26,7 @@ from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import Message
 from fsmkit.system.machine import InputLink, operation_port, port_name
-from fsmkit.system.schedule import unit_of
+from fsmkit.system.schedule import time_unit
 from fsmkit.system.shared import written_value
 
 
@@ -73,7 +73,7 @@ class Node(AbstractContextManager["Node"]):
         names = [machine.name for machine in self.system.machines]
         if unknown := sorted(set(operations or {}).difference(names)):
             raise ValueError(f"`{name}` has no machine `{unknown[0]}`, only {', '.join(names)}")
-        unit_of(self.system)  # all count time alike, or it says that they do not
+        time_unit(self.system)  # all count time alike, or it says that they do not
         self.machines = SystemSession(self.system, self._answers(operations or {}, seed), seed=seed)
         """The machines; their clock is the time of the last cycle, in ticks."""
         self.lost = 0

@@ -39,8 +39,8 @@ from fsmkit.runtime.script import (
     wrong_line,
 )
 from fsmkit.runtime.session import occurrence_of, values_by_name
-from fsmkit.system.schedule import unit_of
-from fsmkit.system.shared import kept_at_start, tries_eventless, written_value
+from fsmkit.system.schedule import time_unit
+from fsmkit.system.shared import has_data_trigger, kept_at_start, written_value
 from fsmkit.system.system import System
 
 Answer = Callable[[tuple[Value, ...]], Value | None]
@@ -289,7 +289,7 @@ class SystemSession:
         chart, host = self._charts[index], self._hosts[index]
         machine, snapshot = self.system.machines[index], at_time(self._snapshots[index], self.now)
         with _step(host):
-            if machine.shared and snapshot.running and tries_eventless(machine, chart):
+            if machine.shared and snapshot.running and has_data_trigger(machine, chart):
                 tried = step_eventless(chart, snapshot, host)
                 if tried is not None:
                     return (tried,)
@@ -340,7 +340,7 @@ class SystemPlayer:
 
     def __init__(self, system: System, seed: int) -> None:
         """Stand before the start; operations that return something are answered by chance."""
-        unit_of(system)  # all count time alike, or it says that they do not
+        time_unit(system)  # all count time alike, or it says that they do not
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick

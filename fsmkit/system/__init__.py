@@ -1,5 +1,5 @@
-"""Systems and deployments: system files in, a System or a Deployment out.
+"""Read system files and deployments; return a `System` or a `Deployment`.
 
-Machines, connections, environment, shared data, schedule and properties, each with its place. From
-here on all names are bound to machines, events and values, and types on both ends agree.
+A System holds machines, connections, environment, shared data, schedule and properties, each with
+its location. All names are resolved, and the types at both ends of each connection agree.
 """

@@ -1,7 +1,7 @@
-"""From a path to a Chart, a System or a Deployment: a file is read once, and is what it holds.
+"""Read a path as a Chart, a System or a Deployment. The outermost keys of the file decide.
 
-Most files are charts. So what reads systems, deployments and boards is imported where a file is
-one: it takes as long as all else that `fsmkit compile` of a chart imports to read it.
+Most files are charts. The readers of systems, deployments and boards are therefore imported only
+when a file needs them: that takes as long as the other imports of `fsmkit compile` together.
 """
 
 from __future__ import annotations
@@ -46,24 +46,24 @@ def read(
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
 ) -> Model:
-    """Return the chart, the system or the deployment of a file.
+    """Return the chart, the system or the deployment in a file.
 
     A YAML file with an outermost key ``nodes`` is a deployment, one with ``system`` a system; all
     others are charts.
 
     Args:
-        path: The file; or ``module:attribute``, a machine of a Python library.
-        findings: Where warnings are left.
-        replacing: Charts that machines of a system run in place of those the file names.
-        strict: What SCXML would make an error at run time is an error here.
-        parameters: Values, as texts, of parameters of a system, or of constants of a chart.
+        path: The file, or ``module:attribute`` for a machine of a Python library.
+        findings: Receives the warnings.
+        replacing: Charts that machines of a system run instead of those named in the file.
+        strict: Report SCXML's run-time errors as errors of the file.
+        parameters: Values of system parameters, or of constants of a chart, as strings.
 
     Raises:
-        FsmkitError: With every finding, where the file cannot be read; ``not-a-system`` where
-            machines of a chart are to be replaced, and where the file is of a board's wires.
+        FsmkitError: With all findings, if the file cannot be read; ``not-a-system`` if
+            ``replacing`` is given for a chart, or if the file describes a board's wires.
 
     """
-    found = read_written(
+    found = read_sources(
         Path(path), findings, replacing or {}, strict=strict, parameters=parameters
     )
     return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
@@ -77,22 +77,22 @@ def read_with_boards(
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
 ) -> Model | Board:
-    """Return what `read` does; of a YAML file with an outermost key ``board`` the wires."""
+    """Return the result of `read`; for a file with an outermost key ``board``, its wires."""
     found = _content(Path(path), findings, replacing or {}, strict=strict, parameters=parameters)
     return _chart(found, findings, strict=strict) if isinstance(found, tuple) else found
 
 
 def _chart(documents: tuple[Document, ...], findings: Findings, *, strict: bool) -> Chart:
-    """Return a chart; `FsmkitError`, too, where what it says of itself cannot be read."""
+    """Build a chart, and check its own properties and environment, too. Raises `FsmkitError`."""
     chart = elaborated(documents, findings, strict=strict)
     if chart.properties or chart.environment is not None:
-        from fsmkit.system.of_one_chart import system_alone
+        from fsmkit.system.of_one_chart import system_of_chart
 
-        system_alone(chart, findings)
+        system_of_chart(chart, findings)
     return chart
 
 
-def read_written(
+def read_sources(
     path: Path,
     findings: Findings,
     replacing: Mapping[str, Replacement],
@@ -100,7 +100,7 @@ def read_written(
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
 ) -> tuple[Document, ...] | System | Deployment:
-    """Return what `read` does, but of a chart its documents: its own, and then those it extends."""
+    """Return the result of `read`, but for a chart its documents: its own, then its bases."""
     found = _content(path, findings, replacing, strict=strict, parameters=parameters)
     if isinstance(found, tuple | System):
         return found
@@ -166,12 +166,12 @@ def _content(
 
 
 def _board_kind(keys: Collection[str]) -> BoardKind | None:
-    """Return what reads a file with these outermost keys as one of a board."""
+    """Return the kind of board with an outermost key in ``keys``, or None."""
     return next((kind for key, kind in board_kinds().items() if key in keys), None)
 
 
 def _is_of_host(root: Entries) -> bool:
-    """Whether a file binds a chart to C; a chart of SCXML says ``binding: late``, too."""
+    """Whether a file binds a chart to C. A chart in SCXML may have ``binding: late``, too."""
     values = {key.value: value for key, value in root.entries}
     binding = values.get("binding")
     if not isinstance(binding, Scalar) or "states" in values:
@@ -195,7 +195,7 @@ def read_chart(
     strict: bool = False,
     parameters: Mapping[str, str] = NONE,
 ) -> Chart:
-    """Return the chart of a file, as `read`; `FsmkitError` (``not-a-chart``) of another file."""
+    """Return the chart in a file, as `read`. Raises `FsmkitError` (``not-a-chart``) for others."""
     found = read(path, findings, strict=strict, parameters=parameters)
     if not isinstance(found, Chart):
         raise fail(
@@ -206,17 +206,17 @@ def read_chart(
     return found
 
 
-def explored(model: Model) -> System:
-    """Return what is explored of a model: of a chart the system that it is by what it says."""
+def explored_model(model: Model) -> System:
+    """Return the model to explore: for a chart the system of that chart and its environment."""
     if not isinstance(model, Chart):
         return system_within(model)
-    from fsmkit.system.of_one_chart import system_alone
+    from fsmkit.system.of_one_chart import system_of_chart
 
-    return system_alone(model)
+    return system_of_chart(model)
 
 
 def system_within(model: Model) -> System:
-    """Return a model as a system: a chart alone is one machine, to which everything may come."""
+    """Return a model as a system. A chart becomes one machine with an unrestricted environment."""
     match model:
         case Chart():
             return system_of(model)
@@ -227,7 +227,7 @@ def system_within(model: Model) -> System:
 
 
 def sources_of(model: Model | Board) -> tuple[Source, ...]:
-    """Return the texts that a model was read from, without those of invoked charts."""
+    """Return the source texts of a model, without those of invoked charts."""
     match model:
         case Chart():
             return model.sources
@@ -248,14 +248,14 @@ def load_any(
     wires: Sequence[Path] = (),
     parameters: Mapping[str, str] = NONE,
 ) -> System:
-    """Return what is explored of a file: `explored` of what `read` returns.
+    """Return the model that is explored for a file: `explored_model` of the result of `read`.
 
-    ``parameters``: as of `read`. ``wires``: files of boards, whose wires narrow the environment.
-    `FsmkitError` (``not-a-system``) where they stand beside a chart, ``broken-board`` where one is
-    no such file.
+    ``parameters``: as for `read`. ``wires``: files of boards, whose wires restrict the environment.
+    Raises `FsmkitError`: ``not-a-system`` if wires are given for a chart, ``broken-board`` if a
+    file of wires is not one.
     """
     model = read(path, findings, replacing, strict=strict, parameters=parameters)
-    system = explored(model)
+    system = explored_model(model)
     if isinstance(model, Chart) and parameters:
         system = replace(system, parameters=tuple(parameters.items()))
     if not wires:
@@ -277,7 +277,7 @@ def read_board(
     *,
     strict: bool = False,
 ) -> Board:
-    """Return the board of a file of wires; `FsmkitError` (``broken-board``) of another file."""
+    """Return the board in a file of wires. Raises `FsmkitError` (``broken-board``) for others."""
     found = read_with_boards(path, findings, replacing, strict=strict)
     if not isinstance(found, Board):
         raise fail(

@@ -1,4 +1,4 @@
-"""Boards: files that join the machines of a node with the hardware around it, read by plug-ins."""
+"""Boards connect the machines of a node to its hardware. Plug-ins read their files."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class Board(Protocol):
-    """A node of a deployment with its hardware; only its kind knows more of it."""
+    """A node of a deployment with its hardware. Only its kind can interpret it."""
 
     @property
     def board_kind(self) -> str:
-        """The name of the plug-in that has read it."""
+        """The name of the plug-in that read the board."""
         ...
 
     @property
@@ -39,7 +39,7 @@ class Board(Protocol):
 
     @property
     def node(self) -> int:
-        """The place of the node."""
+        """The index of the node in the deployment."""
         ...
 
 
@@ -64,18 +64,18 @@ class BoardKind(Protocol):
         *,
         strict: bool,
     ) -> Board | None:
-        """Return the board of a file; None after an error.
+        """Return the board in a file; None after an error.
 
-        ``folder``: paths are relative to it. The others are as of `fsmkit.system.any_file.read`.
+        ``folder``: the base of relative paths. For the others see `fsmkit.system.any_file.read`.
         """
         ...
 
     def narrowed(self, system: System, boards: Iterable[Board]) -> System:
-        """Return a system whose free inputs and events come as boards of this kind let them."""
+        """Return a system whose free inputs and events are restricted by boards of this kind."""
         ...
 
     def figures(self, board: Board) -> Mapping[str, int]:
-        """Return how much of each kind a board has, which `fsmkit check` prints."""
+        """Return the number of elements of each kind on a board, which `fsmkit check` prints."""
         ...
 
 
@@ -85,14 +85,14 @@ def board_kinds() -> dict[str, BoardKind]:
 
 
 def kind_of(board: Board) -> BoardKind:
-    """Return the plug-in that has read a board."""
+    """Return the plug-in that read a board."""
     return plugin(BoardKind, board.board_kind)
 
 
 def with_boards(system: System, boards: Iterable[Board]) -> System:
-    """Return a system whose environment boards narrow, kind by kind.
+    """Return a system whose environment is restricted by boards, kind by kind.
 
-    Raises `FsmkitError` where a board is of another system.
+    Raises `FsmkitError` if a board belongs to another system.
     """
     by_kind: dict[str, list[Board]] = {}
     for board in boards:

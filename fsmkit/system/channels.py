@@ -1,11 +1,10 @@
-"""Connections that hold, delay or lose messages: each is a little machine between its two ends.
+"""Model connections that buffer, delay or lose messages as machines between their two ends.
 
-``{kind: queued, capacity: 4, delay: 5ms}``, ``{kind: lossy, capacity: 1, loss: 2}``. The machine is
-a chart made here: it takes a message from its queue, and sends it on, after the delay if there is
-one, or loses it. Without a capacity and a delay it passes messages on at once; with a capacity they
-wait in its queue while others go on, but not while time passes; a delay keeps them for so long.
-What was sent first arrives first in every kind of time: all wait equally long, and untimed only the
-oldest message may arrive next.
+``{kind: queued, capacity: 4, delay: 5ms}``, ``{kind: lossy, capacity: 1, loss: 2}``. The machine
+takes a message from its queue and forwards it after the delay, or loses it. Without a capacity and
+a delay it forwards messages at once. With a capacity they wait in its queue while other machines
+move, but not while time passes. Messages never overtake each other: all have the same delay, and
+in untimed exploration only the oldest message may arrive next.
 """
 
 from __future__ import annotations
@@ -35,9 +34,9 @@ CAPACITY = 8
 
 @dataclass(frozen=True, slots=True)
 class ChannelOptions:
-    """How messages travel. ``capacity`` 0: at once; ``loss``: how many can be lost, or `ANY`.
+    """How messages travel. ``capacity`` 0: at once; ``loss``: the maximum number lost, or `ANY`.
 
-    ``priority``: on a bus that nodes share, 0 the highest; no part of the model.
+    ``priority``: on a bus that nodes share, 0 is the highest. It is not part of the model.
     """
 
     capacity: int = 0
@@ -47,7 +46,7 @@ class ChannelOptions:
 
     @property
     def is_direct(self) -> bool:
-        """Whether messages are neither held, delayed nor lost."""
+        """Whether messages are neither buffered, delayed nor lost."""
         return (self.capacity, self.loss, self.delay) == (0, 0, 0)
 
 
@@ -55,7 +54,7 @@ DIRECT = ChannelOptions()
 
 
 def read_options(node: Node, tick: int, findings: Findings) -> ChannelOptions | None:
-    """Read the options of a connection; delays are read in ticks of so many microseconds."""
+    """Read the options of a connection; ``tick`` is the unit of delays in microseconds."""
     mapping = require_mapping(node, "the options of a connection", findings)
     if mapping is None:
         return None
@@ -110,7 +109,7 @@ def _count(text: Text | None, otherwise: int | None, least: int, findings: Findi
 def channel(
     link: EventLink, options: ChannelOptions, machines: tuple[Machine, ...], number: int, span: Span
 ) -> tuple[Machine, EventLink, EventLink]:
-    """Return the machine of a connection, to stand at ``number``, and the wires to and from it."""
+    """Return the machine of a connection, with the index ``number``, and its two wires."""
     source, target = machines[link.source], machines[link.target]
     event = target.chart.events[link.event]
     name = f"{source.name}.{port_name(source.chart, link.port)}>{target.name}.{event.name}"
@@ -124,12 +123,12 @@ def channel(
 
 
 def channel_chart(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> Chart:
-    """Return the chart that holds, delays or loses messages of some fields."""
+    """Return the chart that buffers, delays or loses messages with these fields."""
     return chart_of_text(_text(fields, options, tick))
 
 
 def chart_of_text(text: str) -> Chart:
-    """Return a chart that is written here."""
+    """Return the chart of a built-in source text."""
     findings = Findings()
     document = read_document(Source("connection", text), findings)
     chart = None if document is None else elaborate((document,), findings)
@@ -138,7 +137,7 @@ def chart_of_text(text: str) -> Chart:
 
 
 def types_text(types: Iterable[Type]) -> list[str]:
-    """Return the lines that declare the enumerations among some types."""
+    """Return the lines that declare the enumerations among these types."""
     found = {type_.name: type_ for type_ in types if isinstance(type_, EnumType)}
     lines = [f"  {name}: [{_members(type_)}]" for name, type_ in found.items()]
     return ["types:", *lines] if lines else []
@@ -171,7 +170,7 @@ def _text(fields: tuple[Field, ...], options: ChannelOptions, tick: int) -> str:
 
 
 def without_channels(system: System) -> System:
-    """Return a system in which all connections are direct: what code is written of."""
+    """Return a system in which all connections are direct: the one that code is generated from."""
     onward = {
         link.source: link for link in system.event_links if system.machines[link.source].is_channel
     }

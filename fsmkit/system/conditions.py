@@ -1,8 +1,8 @@
-"""The notation of conditions over a system: ``feeder.In(pressing) and not plant.door_closed``.
+"""Parse conditions over a system: ``feeder.In(pressing) and not plant.door_closed``.
 
-A dotted name stands for a variable of a machine, ``machine.In(state)`` for whether a state of it is
-active. Both become variables of the expression that the data language reads, and so does what a
-function of a machine reads, ``machine.share(2, 3)``.
+A dotted name is a variable of a machine. ``machine.In(state)`` is whether a state of the machine is
+active. Both become variables of the expression, and so do the variables that a function of a
+machine reads, as in ``machine.share(2, 3)``.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import legal
 from fsmkit.language.copied_names import dotted
-from fsmkit.system.indices import INDEXED, canonical
-from fsmkit.system.inlined_functions import read_elsewhere
+from fsmkit.system.indices import INDEXED, canonical_name
+from fsmkit.system.inlined_functions import inline_function
 from fsmkit.system.machine import Machine
 from fsmkit.system.properties.condition import Atom, Condition
 
@@ -54,7 +54,7 @@ class _Reader:
     failed: bool = False
 
     def replacement(self, match: re.Match[str], text: Text) -> str | None:
-        """Return the variable for a dotted name; None to leave the text as it is."""
+        """Return the variable for a dotted name; None to leave the source as it is."""
         if match["quoted"] is not None:
             return None
         other = self.others.get(re.sub(r"\s", "", match[0]))
@@ -62,26 +62,28 @@ class _Reader:
             self.types[other[0]] = (other[1], lang.Storage.DATA)
             return other[0]
         if match["shared"] is not None:
-            return self._shared(match, text)
+            return self._shared_variable(match, text)
         group = next(g for g in ("taking", "tested", "machine") if match[g] is not None)
-        name = canonical(text.part(*match.span(group)), self.findings)
+        name = canonical_name(text.part(*match.span(group)), self.findings)
         index = None if name is None else self.place_of(name)
         if index is None:
             if name is None:
                 self.failed = True
             elif group != "machine" or "[" in name:
                 names = [machine.name for machine in self.machines]
-                self.unknown("there is no machine", name, names, text.part(*match.span(group)))
+                self.report_unknown(
+                    "there is no machine", name, names, text.part(*match.span(group))
+                )
             return None
         if match["taking"] is not None:
-            return self._observed(index, match["event"], text.part(*match.span("event")))
+            return self._state_variable(index, match["event"], text.part(*match.span("event")))
         if match["tested"] is not None:
-            return self._observed(
+            return self._state_variable(
                 index, match["state"], text.part(*match.span("state")), is_state=True
             )
         at = text.part(*match.span("name"))
         if text.value[match.end() :].lstrip().startswith("("):
-            return self._called(index, match["name"], at)
+            return self._function_name(index, match["name"], at)
         return self._variable(index, match["name"], at)
 
     def place_of(self, name: str) -> int | None:
@@ -91,21 +93,23 @@ class _Reader:
                 self.places.setdefault(machine.name, number)
         return self.places.get(name)
 
-    def _observed(self, index: int, name: str, at: Text, *, is_state: bool = False) -> str | None:
+    def _state_variable(
+        self, index: int, name: str, at: Text, *, is_state: bool = False
+    ) -> str | None:
         """Return the variable for whether a state is active, or an event occurs."""
         machine = self.machines[index]
         kind, word = ("state", "In") if is_state else ("event", "occurs")
         known = machine.chart.active_index if is_state else machine.chart.event_index
         name = dotted(name, {})
         if name not in known:
-            self.unknown(f"`{machine.name}` has no {kind}", name, known, at)
+            self.report_unknown(f"`{machine.name}` has no {kind}", name, known, at)
             return None
         atom = Atom(index, known[name]) if is_state else Atom(index, event=known[name])
         safe = re.sub(r"\W", "_", name)
         return self._named(f"{legal(machine.name)}__{word}__{safe}", atom, lang.BOOL)
 
-    def _called(self, index: int, name: str, at: Text) -> str | None:
-        """Return the name of a function whose variables are those of the condition."""
+    def _function_name(self, index: int, name: str, at: Text) -> str | None:
+        """Return the name of a function over variables of the condition."""
         machine = self.machines[index]
         functions = {function.name: function for function in machine.chart.functions}
         name = dotted(name, {})
@@ -119,7 +123,7 @@ class _Reader:
             )
             return None
         if name not in functions:
-            self.unknown(f"`{machine.name}` has no function", name, functions, at)
+            self.report_unknown(f"`{machine.name}` has no function", name, functions, at)
             return None
 
         def read(part: lang.Variable | lang.InState) -> lang.Variable:
@@ -141,7 +145,7 @@ class _Reader:
             name,
         ):
             called += "_"
-        self.functions[called] = read_elsewhere(functions[name], f"{machine.name}.{name}", read)
+        self.functions[called] = inline_function(functions[name], f"{machine.name}.{name}", read)
         return called
 
     def _variable(self, index: int, name: str, at: Text) -> str | None:
@@ -152,21 +156,21 @@ class _Reader:
             help_ = None
             if name in machine.chart.active_index:
                 help_ = f"whether a state is active is written `{machine.name}.In({name})`"
-            self.unknown(f"`{machine.name}` has no variable", name, types, at, help_)
+            self.report_unknown(f"`{machine.name}` has no variable", name, types, at, help_)
             return None
         safe = re.sub(r"\W", "_", name)
         atom = Atom(index, variable=name)
         return self._named(f"{legal(machine.name)}__{safe}", atom, types[name]) + rest
 
-    def _shared(self, match: re.Match[str], text: Text) -> str | None:
-        """Return the variable for a shared one: that of a machine which holds the element."""
+    def _shared_variable(self, match: re.Match[str], text: Text) -> str | None:
+        """Return the variable for a shared one: the copy in a machine that holds the element."""
         name = match["shared"]
         if name not in self.holders:
             self.holders[name] = [
                 n for n, m in enumerate(self.machines) if any(s.name == name for s in m.shared)
             ]
             if not self.holders[name]:
-                self._bare(text.part(*match.span("shared")))
+                self._report_unqualified(text.part(*match.span("shared")))
         holders = self.holders[name]
         if not holders:
             return None
@@ -188,12 +192,12 @@ class _Reader:
             "unshared-data",
             f"no machine holds {what}",
             at,
-            help="ask for elements that a chart names: `name[0]`",
+            help="use an element that a chart names: `name[0]`",
         )
         return None
 
-    def _bare(self, name: Text) -> None:
-        """Report a name of a machine, or of something in one, that stands alone."""
+    def _report_unqualified(self, name: Text) -> None:
+        """Report an unqualified name of a machine or of one of its members."""
         if name.value in constants_of(self.machines) or name.value in types_of(self.machines):
             return
         for machine in self.machines:
@@ -206,7 +210,7 @@ class _Reader:
                 advice = f"`{whole}.{name}`"
             else:
                 continue
-            self.unknown(what, name.value, (), name, f"write {advice}")
+            self.report_unknown(what, name.value, (), name, f"write {advice}")
             return
 
     def _named(self, name: str, atom: Atom, type_: lang.Type) -> str:
@@ -216,10 +220,10 @@ class _Reader:
         self.types[name] = (type_, lang.Storage.DATA)
         return name
 
-    def unknown(
+    def report_unknown(
         self, what: str, name: str, known: Iterable[str], at: Text, help_: str | None = None
     ) -> None:
-        """Report that there is no such name."""
+        """Report an unknown name."""
         self.failed = True
         names = list(known)
         some = f"use one of {', '.join(f'`{n}`' for n in names[:8])}"
@@ -228,7 +232,7 @@ class _Reader:
 
 
 def _split(name: str, known: Iterable[str]) -> tuple[str, str]:
-    """Return the variable that a dotted name begins with, perhaps one of a copy, and the rest."""
+    """Split a dotted name into its variable, perhaps one of a copied chart, and the rest."""
     names = frozenset(known)
     ends = [match.start() for match in re.finditer(r"[.\[]", name)]
     for end in (len(name), *reversed(ends)):
@@ -241,7 +245,7 @@ def _split(name: str, known: Iterable[str]) -> tuple[str, str]:
 def read_condition(
     text: Text, machines: tuple[Machine, ...], findings: Findings
 ) -> Condition | None:
-    """Read a condition; None after telling what is wrong with it."""
+    """Parse a condition; None after a finding."""
     return read_expression(text, machines, findings, lang.BOOL)
 
 
@@ -254,11 +258,12 @@ def read_expression(
     others: Mapping[str, tuple[str, lang.Type]] = MappingProxyType({}),
     chart: Chart | None = None,
 ) -> Condition | None:
-    """Read an expression over machines; None after telling what is wrong with it.
+    """Parse an expression over machines; None after a finding.
 
-    ``others``: names that are no machine's, such as ``feeder.encoder``, with the variable and the
-    type that each has; they come first. ``chart``: whose constants and types are meant, unless
-    those of all machines are.
+    ``others``: further names, such as ``feeder.encoder``, with the variable and the type of
+    each; they
+    take precedence. ``chart``: the chart whose constants and types are visible; by default those of
+    all machines.
     """
     reader = _Reader(machines, findings, others)
     rewritten = _rewrite(text, reader)
@@ -278,7 +283,7 @@ def read_expression(
 
 
 def _rewrite(text: Text, reader: _Reader) -> Text:
-    """Return the text with variables for dotted names; each keeps the place of what it replaces."""
+    """Replace dotted names in a source by variables; each keeps the location of the name."""
     value, at = "", 0
     offsets: list[int] = []
 
@@ -307,12 +312,12 @@ def variables_of(chart: Chart) -> dict[str, lang.Type]:
 
 
 def types_of(machines: tuple[Machine, ...]) -> Mapping[str, lang.Type]:
-    """Return the declared types of all machines; of a name that means several, none."""
+    """Return the declared types of all machines, without names that have several definitions."""
     return _unambiguous((str(type_), type_) for m in machines for type_ in m.chart.types)
 
 
 def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, lang.Literal]:
-    """Return the constants of all machines; of a name that means several, none."""
+    """Return the constants of all machines, without names that have several values."""
     return _unambiguous(pair for machine in machines for pair in machine.chart.constants)
 
 

@@ -1,4 +1,4 @@
-"""The wires of a system file: ``feeder.pushed -> molder.pushed``, with their types checked."""
+"""Read the connections of a system file, ``feeder.pushed -> molder.pushed``, and check types."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
 from fsmkit.language.walk import nodes
 from fsmkit.system.channels import DIRECT, ChannelOptions, channel, read_options
-from fsmkit.system.indices import INDEXED, canonical, each
+from fsmkit.system.indices import INDEXED, canonical_name, expand_indices
 from fsmkit.system.machine import EventLink, InputLink, Machine, operation_port
 from fsmkit.system.unconnected_ports import connecting
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, items_of
@@ -37,7 +37,7 @@ class Links:
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """One end of a wire: a machine and a name in it, each with its place."""
+    """One end of a connection: a machine and a name in it, each with its location."""
 
     machine: int
     name: Text
@@ -53,10 +53,10 @@ class _Connector:
     options: dict[tuple[int, int, int, int], ChannelOptions] = field(default_factory=dict)
 
     def connect(self, text: Text, options: ChannelOptions) -> None:
-        """Read one wire."""
+        """Read one connection."""
         left, arrow, _ = text.value.partition("->")
         if not arrow:
-            message, wanted = "a connection needs `->`", _arrowed(text.value)
+            message, wanted = "a connection needs `->`", _with_ascii_arrow(text.value)
             self.findings.add(
                 "broken-connection", message, text,
                 help=f"write `{wanted}`" if wanted else EXAMPLE,
@@ -73,9 +73,9 @@ class _Connector:
             if options != DIRECT:
                 self.findings.add(
                     "connection-mismatch",
-                    "an output is not queued, delayed or lost: its value is there",
+                    "an output is a level: it cannot be queued, delayed or lost",
                     text,
-                    help="send an event, or leave the options out",
+                    help="send an event, or remove the options",
                 )
             return
         port = self._port(source)
@@ -89,24 +89,26 @@ class _Connector:
                 "broken-connection",
                 "an end of a connection is `machine.name`",
                 text.stripped(),
-                help=f"{EXAMPLE}; for several ends write a connection for each",
+                help=f"{EXAMPLE}; write one connection for each pair of ends",
             )
             return None
         machine = find_machine(text.part(*match.span(1)), self.machines, self.findings)
         return None if machine is None else _End(machine, text.part(*match.span(2)))
 
     def _port(self, end: _End) -> tuple[int, tuple[Field, ...]] | None:
-        """Return the port of a source and the fields that leave by it."""
+        """Return the port of a source and the fields that it sends."""
         machine = self.machines[end.machine]
         chart = machine.chart
         found = port_of(chart, end.name.value)
         if found is None:
             known = [*names_of_events(chart, Direction.OUT), *(o.name for o in chart.operations)]
             known += [o.name for o in chart.outputs]
-            self._not_there(machine, end.name, "leaves", known)
+            self._report_missing(machine, end.name, "leaves", known)
         return found
 
-    def _not_there(self, machine: Machine, name: Text, verb: str, known: Iterable[str]) -> None:
+    def _report_missing(
+        self, machine: Machine, name: Text, verb: str, known: Iterable[str]
+    ) -> None:
         chart, what, declare = machine.chart, "", "declare it in the chart"
         if name.value in chart.event_index:
             what = " (it is an event of another direction)"
@@ -135,7 +137,7 @@ class _Connector:
         index = chart.event_index.get(target.name.value)
         if index is None or Direction.IN not in chart.events[index].directions:
             known = names_of_events(chart, Direction.IN)
-            self._not_there(machine, target.name, "enters", known)
+            self._report_missing(machine, target.name, "enters", known)
             return
         wanted = chart.events[index].fields
         arguments = arguments_of(sent, wanted, source.name, target.name, self.findings)
@@ -152,7 +154,7 @@ class _Connector:
         if not options.is_direct and any(isinstance(part.type, SymbolType) for part in fields):
             self.findings.add(
                 "connection-mismatch",
-                f"`{target.name}` carries strings, which only direct connections do",
+                f"`{target.name}` carries strings, which only direct connections can carry",
                 target.name,
                 help="declare an enumeration",
             )
@@ -164,10 +166,10 @@ class _Connector:
         output = [o.name for o in writer.chart.outputs].index(source.name.value)
         inputs = [i.name for i in reader.chart.inputs]
         if target.name.value not in inputs:
-            self._not_there(reader, target.name, "is an input of", inputs)
+            self._report_missing(reader, target.name, "is an input of", inputs)
             return
         place = inputs.index(target.name.value)
-        reason = misfit(writer.chart.outputs[output].type, reader.chart.inputs[place].type)
+        reason = type_mismatch(writer.chart.outputs[output].type, reader.chart.inputs[place].type)
         if reason is not None:
             self.findings.add(
                 "connection-mismatch",
@@ -189,7 +191,7 @@ def names_of_events(chart: Chart, direction: Direction) -> list[str]:
 
 
 def port_of(chart: Chart, name: str) -> tuple[int, tuple[Field, ...]] | None:
-    """Return the port by which an operation or an event leaves, and the fields that it carries."""
+    """Return the port of an operation or of an event, and the fields that it carries."""
     for operation in chart.operations:
         if operation.name == name:
             return operation_port(chart, name), operation.parameters
@@ -206,7 +208,7 @@ def arguments_of(
     target: Text,
     findings: Findings,
 ) -> tuple[int, ...] | None:
-    """Match the fields of the receiver with those sent: by name, else by position."""
+    """Match the fields of the receiver with the fields of the sender: by name, else by position."""
     names = [part.name for part in sent]
     if all(part.name in names for part in wanted):
         places = [names.index(part.name) for part in wanted]
@@ -215,13 +217,13 @@ def arguments_of(
     else:
         findings.add(
             "connection-mismatch",
-            f"`{target}` carries {_shown(wanted)}, but `{source}` gives {_shown(sent)}",
+            f"`{target}` carries {_fields_text(wanted)}, but `{source}` gives {_fields_text(sent)}",
             target,
             help="give both the same fields",
         )
         return None
     for place, part in zip(places, wanted, strict=True):
-        reason = misfit(sent[place].type, part.type)
+        reason = type_mismatch(sent[place].type, part.type)
         if reason is not None:
             findings.add(
                 "connection-mismatch",
@@ -241,17 +243,17 @@ def connect(
     free: Iterable[tuple[int, int]],
     findings: Findings,
 ) -> Links:
-    """Read all connections, and report what is connected to nothing.
+    """Read all connections, and report unconnected ports.
 
-    ``possible`` are the events, by machine and number, that come from outside, ``free`` the
-    inputs that it sets.
+    ``possible``: the external events, by machine and number. ``free``: the inputs that the
+    environment sets.
     """
     connector = _Connector(machines, findings)
     for item in items_of(node, "`connect`", findings):
         if (found := _connection(item, machines, findings)) is not None:
-            for one in each(found[0], machines):
+            for one in expand_indices(found[0], machines):
                 connector.connect(one, found[1])
-    channels, events = _channelled(connector)
+    channels, events = _with_channels(connector)
     inputs = tuple(link for link, _ in connector.inputs.values())
     report_unconnected(
         machines, events, (*((i.target, i.input) for i in inputs), *free), possible, findings
@@ -259,8 +261,8 @@ def connect(
     return Links(events, inputs, channels)
 
 
-def _channelled(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[EventLink, ...]]:
-    """Return the machines that stand for connections, and all wires, theirs among them."""
+def _with_channels(connector: _Connector) -> tuple[tuple[Machine, ...], tuple[EventLink, ...]]:
+    """Return the machines that model connections, and all wires, including theirs."""
     channels: list[Machine] = []
     events: list[EventLink] = []
     for key, (link, text) in connector.events.items():
@@ -303,8 +305,8 @@ def _connection(
     return None if found is None else (text, found)
 
 
-def _arrowed(text: str) -> str:
-    """Return a connection with ``->`` for the sign between its two ends; empty if it has none."""
+def _with_ascii_arrow(text: str) -> str:
+    """Replace another arrow sign in a connection by ``->``; return "" if there is no such sign."""
     found = ENDS.fullmatch(text)
     if found is None:
         return ""
@@ -313,7 +315,7 @@ def _arrowed(text: str) -> str:
 
 
 def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> None:
-    """Report a connection that is there already."""
+    """Report a repeated connection."""
     findings.add(
         "duplicate-connection",
         f"this is {verb} already",
@@ -325,14 +327,14 @@ def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> 
 
 
 def tick_of(machines: tuple[Machine, ...]) -> int:
-    """Return the microseconds in a tick of a system; all its machines count alike."""
+    """Return the tick of a system in microseconds; it is the same for all machines."""
     return machines[0].chart.capacities.tick
 
 
 def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) -> int | None:
     """Return the number of a machine; None after a finding."""
     names = [machine.name for machine in machines]
-    full = canonical(name, findings)
+    full = canonical_name(name, findings)
     if full in names:
         return names.index(full)
     if full is not None:
@@ -343,8 +345,8 @@ def find_machine(name: Text, machines: tuple[Machine, ...], findings: Findings) 
     return None
 
 
-def misfit(sent: Type, wanted: Type) -> str | None:
-    """Return why a value of one type cannot be taken for one of another; None if it can."""
+def type_mismatch(sent: Type, wanted: Type) -> str | None:
+    """Return why a value of one type does not fit another; None if it does."""
     match sent, wanted:
         case ((ArrayType() | RecordType()), _):
             return "arrays and records are not connected yet"
@@ -357,7 +359,7 @@ def misfit(sent: Type, wanted: Type) -> str | None:
     return None if fits else f"`{sent}` into `{wanted}`"
 
 
-def _shown(fields: tuple[Field, ...]) -> str:
+def _fields_text(fields: tuple[Field, ...]) -> str:
     return "(" + ", ".join(f"{part.name} {part.type}" for part in fields) + ")"
 
 
@@ -370,10 +372,10 @@ def report_unconnected(
     *,
     is_alone: bool = False,
 ) -> None:
-    """Report what is connected to nothing; targets are places among ``machines``.
+    """Report unconnected inputs and events; targets are indices of ``machines``.
 
-    ``inputs`` are those that are set, ``possible`` the events that come from outside.
-    ``is_alone``: the only machine is a chart that says itself what comes to it.
+    ``inputs``: the connected or free inputs. ``possible``: the external events.
+    ``is_alone``: the only machine is a chart with an environment of its own.
     """
     fed = set(inputs)
     come = {(link.target, link.event) for link in events}
@@ -383,43 +385,43 @@ def report_unconnected(
         if dry:
             findings.add(
                 "unconnected-input",
-                f"nothing drives {_listed(dry)} of `{machine.name}`: the start value stays",
+                f"nothing drives {_format_names(dry)} of `{machine.name}`: the start value stays",
                 machine.span,
                 help=f"name it: `may: [{dry[0]}]`"
                 if is_alone
                 else f"connect an output to it, or name it: `may: [{machine.name}.{dry[0]}]`",
                 fixes=(
-                    *_allowed(machine, dry, is_alone=is_alone),
+                    *_fix_allowing(machine, dry, is_alone=is_alone),
                     *connecting(machines, events, index, dry, are_inputs=True),
                 ),
             )
-        awaited = _awaited(machine.chart)
+        awaited = _awaited_events(machine.chart)
         silent = [event.name for event in awaited if (index, event.index) not in come]
         if silent:
             findings.add(
                 "unconnected-event",
-                f"nothing sends {_listed(silent)} to `{machine.name}`: it never comes",
+                f"nothing sends {_format_names(silent)} to `{machine.name}`: it never comes",
                 machine.span,
                 help="name it under `environment`"
                 if is_alone
                 else "connect it, or name it under `environment`",
                 fixes=(
-                    *_allowed(machine, silent, is_alone=is_alone),
+                    *_fix_allowing(machine, silent, is_alone=is_alone),
                     *connecting(machines, events, index, silent, are_inputs=False),
                 ),
             )
 
 
-def _allowed(machine: Machine, names: Iterable[str], *, is_alone: bool) -> tuple[Fix, ...]:
-    """Return the fix that lets inputs change, or events come, at any time."""
+def _fix_allowing(machine: Machine, names: Iterable[str], *, is_alone: bool) -> tuple[Fix, ...]:
+    """Return the fix that lets inputs change, or events occur, at any time."""
     if machine.span is None or machine.place is not None:
         return ()
     items = [name if is_alone else f"{machine.name}.{name}" for name in names]
     edits = in_list(machine.span.source, "environment", "may", items)
-    return (Fix(f"Name {_listed(items)} under `may`", edits),) if edits else ()
+    return (Fix(f"Name {_format_names(items)} under `may`", edits),) if edits else ()
 
 
-def _awaited(chart: Chart) -> Iterator[Event]:
+def _awaited_events(chart: Chart) -> Iterator[Event]:
     used = {event for transition in chart.transitions for event in transition.events}
     raised = {
         n.event
@@ -431,5 +433,5 @@ def _awaited(chart: Chart) -> Iterator[Event]:
             yield event
 
 
-def _listed(names: list[str]) -> str:
+def _format_names(names: list[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)

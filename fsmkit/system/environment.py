@@ -1,4 +1,4 @@
-"""The environment of a system file: what may happen, and what will.
+"""Read the environment of a system file: events that may occur, and machines that will move.
 
 ``may: [feeder.estop, "feeder.fault(code in {jam, stall})"]`` for events, ``may: [feeder.blocked,
 "feeder.temp in 0..99"]`` for inputs, ``will: [plant, feeder.resume]``, ``world: [plant]``.
@@ -20,7 +20,7 @@ from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
 from fsmkit.document.lists import items_in
 from fsmkit.system.connections import find_machine, names_of_events, report_duplicate
-from fsmkit.system.indices import INDEXED, each
+from fsmkit.system.indices import INDEXED, expand_indices
 from fsmkit.system.machine import FreeInput, Machine, Possible
 from fsmkit.system.partition import field_of, partition_of
 from fsmkit.system.system import System
@@ -39,7 +39,7 @@ Given = tuple[lang.Value, ...] | lang.IntType
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """An event that can come from outside, and the values that the file names for its fields."""
+    """An external event, and the field values that the file names."""
 
     machine: int
     event: int
@@ -49,9 +49,11 @@ class Named:
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """The machines of the environment, what can come from outside, and the inputs that are free.
+    """The machines of the environment, the external events and the free inputs.
 
-    Of these, by machine and number, the place in the file and the values that it names.
+    Events and inputs are keyed by machine and number; the values are the location in the file
+    and the
+    values named there.
     """
 
     machines: frozenset[int]
@@ -72,7 +74,7 @@ def read_environment(
     freezes = parts.pop("freezes", None)
     for key, value in parts.items():
         for text in texts_of(value, f"`{key}`", "what can happen", findings):
-            for one in each(text, machines):
+            for one in expand_indices(text, machines):
                 if key == "world":
                     own |= _world(one, machines, findings)
                 else:
@@ -81,7 +83,7 @@ def read_environment(
 
 
 def _world(text: Text, machines: tuple[Machine, ...], findings: Findings) -> set[int]:
-    """Return the machine that is named, if it is one, as a set."""
+    """Return the named machine, if there is one, as a set."""
     match = ITEM.fullmatch(text.value)
     if match is None or match[2] is not None:
         findings.add(
@@ -108,7 +110,7 @@ def _item(
     if match is None:
         findings.add(
             "broken-connection",
-            "what can happen is an event of a machine, or an input that changes",
+            "the environment has events of machines, and inputs that change",
             text,
             help="write `feeder.estop`, `feeder.fault(code in {jam})` or `feeder.temp in 0..99`",
         )
@@ -124,7 +126,7 @@ def _item(
                 f"a machine of the environment, like `{match[1]}`, belongs under `will`",
                 text,
                 help="name it under `will`; what it may do are its `sometimes` transitions",
-                fixes=_moved(text, "will"),
+                fixes=_fix_moving(text, "will"),
             )
         return
     chart = machines[machine].chart
@@ -158,8 +160,8 @@ def _item(
     named.append(Named(machine, index, fair, values))
 
 
-def _moved(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
-    """Return the fix that moves an item of the environment under the other key."""
+def _fix_moving(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
+    """Return the fix that moves an item of the environment to the other key."""
     added = in_list(text.span.source, "environment", key, [item or text.value.strip()])
     taken = [edit for fix in removal(text) for edit in fix.edits]
     return (Fix(f"Move it under `{key}`", (*added, *taken)),) if added and taken else ()
@@ -168,14 +170,14 @@ def _moved(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
 def _is_free(
     machine: Machine, declared: lang.Field, name: Text, findings: Findings, *, fair: bool
 ) -> bool:
-    """Whether an input can be free; report why not."""
+    """Return whether an input can be free; otherwise report why not."""
     if fair:
         findings.add(
             "input-that-will",
             f"the input `{name}` of `{machine.name}` may change, but never has to",
             name,
             help=f"name it under `may`: `may: [{machine.name}.{name}]`",
-            fixes=_moved(name, "may", f"{machine.name}.{name}"),
+            fixes=_fix_moving(name, "may", f"{machine.name}.{name}"),
         )
     elif isinstance(declared.type, lang.ArrayType | lang.RecordType | lang.SymbolType):
         findings.add(
@@ -190,7 +192,7 @@ def _is_free(
 
 
 def with_environment(system: System, environment: Environment, findings: Findings) -> System:
-    """Return a system to which the values come that make a difference in it."""
+    """Return a system whose environment sends one value for each behaviour it can cause."""
     driven = {(link.target, link.input) for link in system.input_links}
     for at, (text, _) in environment.inputs.items():
         if at in driven:
@@ -244,7 +246,7 @@ def with_environment(system: System, environment: Environment, findings: Finding
 def values_within(
     partition: Partition, field: lang.Field, place: Place, given: Given | None
 ) -> Values:
-    """Return the values to try of a field, within those that are given if any are."""
+    """Return the values of a field to try, restricted to the given ones if there are any."""
     if isinstance(given, tuple):
         return Values(given)
     values = partition.values(given or field.type, place)

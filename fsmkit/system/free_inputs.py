@@ -1,9 +1,9 @@
-"""Inputs that the environment sets: ``may: [agv.aligned, "agv.temp in {0, 500, 1000}"]``.
+"""Model free inputs: ``may: [agv.aligned, "agv.temp in {0, 500, 1000}"]``.
 
-Such an input changes at any time to any of its values, one input a step. An exploration has a
-machine of the environment for each: its only output is connected to the input, and ``set`` can come
-to it from outside. Where two changes are some time apart, the machine is shut for so long. Events
-that come some time apart pass through a machine of that kind, too.
+Such an input changes at any time to any of its values, one input per step. The explored system has
+a machine of the environment for each. The only output of this machine is connected to the input,
+and its external event ``set`` chooses a value. If two changes have a minimum separation, the
+machine is closed for that time. Events with a minimum separation pass through a similar machine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from fsmkit.system.system import System
 
 
 def with_free_inputs(system: System) -> System:
-    """Return a system in which a machine sets each free input, after all other machines."""
+    """Return a system with a machine for each free input, after all other machines."""
     machines, links = list(system.machines), []
     possible = [each for each in system.possible if not each.apart]
     for free in system.free_inputs:
@@ -61,7 +61,7 @@ def with_free_inputs(system: System) -> System:
 
 
 def _chart(declared: Data, of: Chart, apart: int, *, any_start: bool) -> Chart:
-    """Return the chart that sets an input of a chart, at most once in so many ticks.
+    """Return the chart that sets an input of a chart, with a minimum separation in ticks.
 
     ``any_start``: it starts with any value.
     """
@@ -82,7 +82,7 @@ def _chart(declared: Data, of: Chart, apart: int, *, any_start: bool) -> Chart:
 
 
 def _gate(event: Event, of: Chart, apart: int) -> Chart:
-    """Return the chart that passes an event on, at most once in so many ticks."""
+    """Return the chart that forwards an event, with a minimum separation in ticks."""
     fields = ", ".join(f"v{n} {part.type}" for n, part in enumerate(event.fields))
     values = ", ".join(f"v{n} = event.v{n}" for n in range(len(event.fields)))
     shown, sent = (f"({fields})", f"({values})") if fields else ("", "")
@@ -97,7 +97,7 @@ def _gate(event: Event, of: Chart, apart: int) -> Chart:
 
 
 def _states(event: str, content: str, apart: int) -> list[str]:
-    """Return states in which content is run for an event, at most once in so many microseconds."""
+    """Return states that run ``content`` for an event, with a minimum separation in us."""
     if not apart:
         return [
             "initial: open",

@@ -1,11 +1,11 @@
-"""Nodes that freeze: ``freezes: {press_node: {machines: [press], silent: [robot.lost], ...}}``.
+"""Model freezing nodes: ``freezes: {press_node: {machines: [press], silent: [robot.lost]}}``.
 
-While a node is frozen its machines take no steps and send nothing; time passes for them, and what
-is sent to them waits in their queues. In an exploration one more machine keeps the state of the
-node. Its chart is made here: it freezes at any time, and each event under ``silent`` comes
-``within`` a time after that, unless the node continues before. A node continues at any time until
-``continues`` is over, and then no more; without that key it never does. It freezes again only
-after its machines have caught up. `verify.statespace.closed_system` says what may move when.
+While a node is frozen its machines take no steps and send nothing. Time passes for them, and their
+queues still receive messages. The explored system has one more machine that keeps the state of the
+node. It freezes at any time, and each event under ``silent`` occurs ``within`` a time after that,
+unless the node continues before. A node continues at any time until ``continues`` has elapsed, and
+then no more; without that key it never does. It freezes again only after its machines have caught
+up. `verify.statespace.closed_system` decides which machine may move.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
 from fsmkit.system.channels import chart_of_text
 from fsmkit.system.connections import END, find_machine, names_of_events, report_duplicate
-from fsmkit.system.indices import each
+from fsmkit.system.indices import expand_indices
 from fsmkit.system.machine import EventLink, Machine, Monitor, Possible
 from fsmkit.system.properties.condition import Atom
 from fsmkit.system.properties.property import Property
-from fsmkit.system.schedule import unit_of
+from fsmkit.system.schedule import time_unit
 from fsmkit.system.system import Freezer, System
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text, texts_of
 
@@ -35,7 +35,7 @@ EXAMPLE = "for instance `press_node: {machines: [press], silent: [robot.lost], w
 
 
 class Hold(IntEnum):
-    """What a node does to its machines; ``fsm_hold`` in core/system/system.h."""
+    """How a node holds its machines; ``fsm_hold`` in core/system/system.h."""
 
     RUNS = 0
     FROZEN = 1
@@ -56,7 +56,7 @@ def read_freezers(
         if not name.value.isidentifier():
             findings.add(
                 "unexpected-shape",
-                f"`{name}` is no name for a node",
+                f"`{name}` is not a valid node name",
                 name,
                 help="use letters, digits and `_`",
             )
@@ -81,14 +81,14 @@ def _freezer(
     holders: dict[int, Text],
     findings: Findings,
 ) -> Freezer | None:
-    """Read a node. After a finding it has what could be read, so that properties can name it."""
+    """Read a node. After a finding the result is partial, so that properties can name the node."""
     parts = require_record(node, FREEZE, f"the node `{name}`", findings)
     if parts is None:
         return None
     listed = tuple(texts_of(parts.get("machines"), "`machines`", "a machine of the node", findings))
     frozen: list[int] = []
     for text in listed:
-        for one in each(text, machines):
+        for one in expand_indices(text, machines):
             number = find_machine(one, machines, findings)
             if number is None:
                 continue
@@ -126,7 +126,7 @@ def _silent(
     """Read the events by which other machines notice that the node is silent."""
     found: dict[tuple[int, int], Text] = {}
     for text in texts_of(node, "`silent`", "an event of a machine", findings):
-        for one in each(text, machines):
+        for one in expand_indices(text, machines):
             match = END.fullmatch(one.value)
             if match is None:
                 findings.add("broken-connection", "an event is `machine.name`", one, help=EXAMPLE)
@@ -147,7 +147,7 @@ def _silent(
             elif receiver.chart.events[index].fields:
                 findings.add(
                     "connection-mismatch",
-                    f"`{name}` carries values, which silence has not",
+                    f"`{name}` carries values, but a timeout has none",
                     name,
                     help="declare an event without fields for the timeout",
                 )
@@ -170,7 +170,7 @@ def _ticks(
 ) -> tuple[int, int] | None:
     """Read a duration, or an interval of two, in ticks; None if it is missing, or after a finding.
 
-    One duration is the greatest of an interval from 0.
+    One duration is the maximum of an interval from 0.
     """
     text = require_text(node, f"`{key}`", findings) if node is not None else None
     if text is None:
@@ -186,7 +186,7 @@ def _ticks(
     if ticks[-1] == 0 or ticks[0] > ticks[-1]:
         findings.add(
             "bad-delay",
-            f"`{key}` takes some time, and its least value is not above its greatest",
+            f"`{key}` must be positive, and its minimum must not exceed its maximum",
             text,
             help=f"write `{key}: 100ms`" + (" or `100ms..150ms`" if is_interval else ""),
         )
@@ -195,7 +195,7 @@ def _ticks(
 
 
 def _require_fixed_delays(machine: Machine, name: Text, findings: Findings) -> None:
-    """Report an interval: a timer that is late would have to keep which delay it had chosen."""
+    """Report an interval: a frozen timer would have to remember the delay it chose."""
     for transition in machine.chart.transitions:
         if transition.least is not None:
             findings.add(
@@ -211,7 +211,7 @@ def _require_fixed_delays(machine: Machine, name: Text, findings: Findings) -> N
 def _require_whole_shares(
     name: Text, frozen: Sequence[int], machines: tuple[Machine, ...], findings: Findings
 ) -> None:
-    """Report data that machines inside and outside of the node share: no link carries them."""
+    """Report data shared by machines inside and outside of the node: no link carries them."""
     here = {slot.name for number in frozen for slot in machines[number].shared}
     for number, machine in enumerate(machines):
         both = [slot.name for slot in machine.shared if slot.name in here]
@@ -251,13 +251,15 @@ def with_freezers(system: System) -> System:
         event_links=(*system.event_links, *links),
         possible=(*system.possible, *possible),
         freezers=tuple(replace(f, number=numbers[f.number]) for f in system.freezers),
-        properties=tuple(_renumbered(each, numbers) for each in system.properties),
-        monitors=tuple(_moved(each, numbers) for each in system.monitors),
+        properties=tuple(_renumber_property(one, numbers) for one in system.properties),
+        monitors=tuple(
+            _renumber_monitor(expand_indices, numbers) for expand_indices in system.monitors
+        ),
     )
 
 
-def _renumbered(property_: Property, numbers: Mapping[int, int]) -> Property:
-    """Return a property that names nodes by other numbers."""
+def _renumber_property(property_: Property, numbers: Mapping[int, int]) -> Property:
+    """Return a property with the numbers of nodes replaced."""
     goal = property_.goal
     return replace(
         property_,
@@ -275,8 +277,8 @@ def _atoms(
     )
 
 
-def _moved(monitor: Monitor, numbers: Mapping[int, int]) -> Monitor:
-    """Return a monitor that watches nodes by other numbers."""
+def _renumber_monitor(monitor: Monitor, numbers: Mapping[int, int]) -> Monitor:
+    """Return a monitor with the numbers of its nodes replaced."""
     return replace(
         monitor,
         event_links=tuple(
@@ -287,14 +289,14 @@ def _moved(monitor: Monitor, numbers: Mapping[int, int]) -> Monitor:
 
 
 def _pause(system: System) -> int:
-    """Return the ticks after which a node has caught up: a unit of time, or a whole period.
+    """Return the ticks after which a node has caught up: a time unit, or a whole period.
 
-    No time passes before all machines outside of a schedule have nothing left to do.
+    No time passes before all machines outside of a schedule have finished their work.
     """
     if system.schedule is not None:
         return 2 * system.schedule.period
     delays = [ticks for f in system.freezers for ticks in (*f.within, f.continues or 0)]
-    return gcd(unit_of(system), *delays) or 1
+    return gcd(time_unit(system), *delays) or 1
 
 
 def _machine(freezer: Freezer, tick: int, pause: int) -> Machine:
@@ -302,7 +304,7 @@ def _machine(freezer: Freezer, tick: int, pause: int) -> Machine:
 
 
 def _chart(freezer: Freezer, tick: int, pause: int) -> Chart:
-    """Return the chart of a node that freezes; ``pause``: ticks until it freezes again."""
+    """Return the chart of a node that freezes; ``pause``: ticks until it may freeze again."""
     places = range(1, len(freezer.silent) + 1)
     sent = [f"silent_{place}" for place in places]
     least, most = (f"{ticks * tick}us" for ticks in freezer.within)
@@ -330,7 +332,7 @@ def _chart(freezer: Freezer, tick: int, pause: int) -> Chart:
 
 
 def cause_of(chart: Chart, transition: int) -> str:
-    """Return what a transition of such a chart means for the node."""
+    """Return the meaning of a transition of such a chart for the node."""
     taken = chart.transitions[transition]
     source = chart.states[taken.source].id
     if source == "late":
@@ -339,7 +341,7 @@ def cause_of(chart: Chart, transition: int) -> str:
 
 
 def hold_of(chart: Chart, configuration: frozenset[int]) -> Hold:
-    """Return what a node does to its machines, by the active states of its chart."""
+    """Return how a node holds its machines, by the active states of its chart."""
     for hold, state in ((Hold.STOPPED, "stopped"), (Hold.FROZEN, "frozen")):
         if chart.state_index[state] in configuration:
             return hold
@@ -347,7 +349,7 @@ def hold_of(chart: Chart, configuration: frozenset[int]) -> Hold:
 
 
 def freezer_text(freezer: Freezer, system: System) -> str:
-    """Return what an exploration assumes of a node, as a sentence."""
+    """Return the assumption of an exploration about a node, as a sentence."""
     tick = system.machines[0].chart.capacities.tick
     names = ", ".join(system.machines[machine].name for machine in freezer.frozen)
     if freezer.continues is None:

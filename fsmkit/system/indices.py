@@ -1,8 +1,8 @@
-"""Indices of arrays of machines: ``phil[i].left -> fork[(i+1) % 3].take``, for each ``i``.
+"""Expand indices of machine arrays: ``phil[i].left -> fork[(i+1) % 3].take``, for each ``i``.
 
-An index that is a name of its own (``phil[i]``) stands for every element of that array; elsewhere
-in the same text the name is the number. Quantifiers of properties (``all``, ``any``, ``count``) are
-written out in the same way: what is read afterwards has numbers only, each with its place.
+An index that is a plain name (``phil[i]``) ranges over that array; elsewhere in the same text the
+name is the number. Quantifiers of properties (``all``, ``any``, ``count``) are expanded in the same
+manner. The result contains only numbers, each with its location.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Bindings = Mapping[str, int]
 
 def integer(text: Text, findings: Findings, bindings: Bindings | None = None) -> int | None:
     """Return the value of a constant expression over indices; None after a finding."""
-    text = substituted(text, bindings or {}).stripped()
+    text = substitute_indices(text, bindings or {}).stripped()
     own = Findings()
     expression = type_expression(text, Scope(), own)
     folded = None if expression is None else fold(expression)
@@ -46,14 +46,14 @@ def integer(text: Text, findings: Findings, bindings: Bindings | None = None) ->
     if not own.has_errors:
         findings.add(
             "bad-index",
-            f"`{text}` is no number that is known here",
+            f"`{text}` is not a known number",
             text,
             help="use numbers and the index names of arrays of machines",
         )
     return None
 
 
-def bounds(low: Text, high: Text, findings: Findings) -> range | None:
+def index_range(low: Text, high: Text, findings: Findings) -> range | None:
     """Return the range ``low..high`` of an index."""
     first, last = integer(low, findings), integer(high, findings)
     if first is None or last is None:
@@ -78,7 +78,7 @@ def arrays_of(machines: Sequence[Machine]) -> dict[str, range]:
     return {name: range(places[0], places[-1] + 1) for name, places in found.items()}
 
 
-def each(text: Text, machines: Sequence[Machine]) -> Iterator[Text]:
+def expand_indices(text: Text, machines: Sequence[Machine]) -> Iterator[Text]:
     """Yield a text once for all values of the indices in it, with numbers in their place.
 
     A name that indexes several arrays runs over the range of the first of them.
@@ -89,10 +89,10 @@ def each(text: Text, machines: Sequence[Machine]) -> Iterator[Text]:
         if match[1] in arrays:
             runs.setdefault(match[2], arrays[match[1]])
     for values in product(*runs.values()):
-        yield substituted(text, dict(zip(runs, values, strict=True)))
+        yield substitute_indices(text, dict(zip(runs, values, strict=True)))
 
 
-def canonical(name: Text, findings: Findings) -> str | None:
+def canonical_name(name: Text, findings: Findings) -> str | None:
     """Return ``fork[2]`` for ``fork[(1+1) % 3]``, and a name that has no index as it is."""
     match = ELEMENT.fullmatch(name.value)
     if match is None:
@@ -104,10 +104,10 @@ def canonical(name: Text, findings: Findings) -> str | None:
 # --- writing out ----------------------------------------------------------------------------------
 
 
-def substituted(text: Text, bindings: Bindings) -> Text:
-    """Return a text with numbers for the names of indices; each keeps the place of the name.
+def substitute_indices(text: Text, bindings: Bindings) -> Text:
+    """Replace the names of indices in a text by numbers; each keeps the location of the name.
 
-    What is tested by ``In`` is the name of a state, which may be that of an index.
+    The argument of ``In`` is the name of a state, which may be equal to that of an index.
     """
     if not bindings:
         return text
@@ -119,31 +119,31 @@ def substituted(text: Text, bindings: Bindings) -> Text:
         if match[1] is None:
             continue
         number = str(bindings[match[1]])
-        parts += [text.part(at, match.start()), placed(number, text.part(*match.span()))]
+        parts += [text.part(at, match.start()), text_at(number, text.part(*match.span()))]
         at = match.end()
-    return joined((*parts, text.part(at, len(text.value))), text.span) if parts else text
+    return join_texts((*parts, text.part(at, len(text.value))), text.span) if parts else text
 
 
-def placed(value: str, at: Text) -> Text:
-    """Return a text that stands for another: each of its characters is where that one is."""
+def text_at(value: str, at: Text) -> Text:
+    """Return ``value`` with the location of ``at`` for each of its characters."""
     last = at.span_of(len(at.value) - 1, len(at.value)).start
     first = at.span_of(0, 1).start
     return Text(value, at.span, tuple(min(first + n, last) for n in range(len(value))))
 
 
-def joined(parts: Sequence[Text], span: Span) -> Text:
-    """Return texts as one, each character in its place."""
+def join_texts(parts: Sequence[Text], span: Span) -> Text:
+    """Join texts; each character keeps its location."""
     offsets = tuple(offset for part in parts for offset in part.starts())
     return Text("".join(part.value for part in parts), span, offsets)
 
 
-def unquantified(text: Text, machines: Sequence[Machine], findings: Findings) -> Text | None:
-    """Return a condition with its quantifiers written out; None after a finding."""
+def expand_quantifiers(text: Text, machines: Sequence[Machine], findings: Findings) -> Text | None:
+    """Expand the quantifiers of a condition; None after a finding."""
     match = QUANTIFIER.search(text.value)
     if match is None:
         return text
-    end = _closing(text.value, match.end())
-    runs = _run_of(text.part(*match.span(3)), machines, findings)
+    end = _closing_bracket(text.value, match.end())
+    runs = _quantifier_range(text.part(*match.span(3)), machines, findings)
     if end is None:
         findings.add(
             "expression-syntax",
@@ -154,38 +154,42 @@ def unquantified(text: Text, machines: Sequence[Machine], findings: Findings) ->
     if end is None or runs is None:
         return None
     keyword = text.part(*match.span(1))
-    inner = unquantified(text.part(match.end(), end), machines, findings)
-    rest = unquantified(text.part(end + 1, len(text.value)), machines, findings)
+    inner = expand_quantifiers(text.part(match.end(), end), machines, findings)
+    rest = expand_quantifiers(text.part(end + 1, len(text.value)), machines, findings)
     if inner is None or rest is None:
         return None
     if len(runs) * len(inner.value) > MOST_TERMS * 64:
         findings.add("expression-too-deep", "this is too long when written out", keyword)
         return None
-    terms = [_term(match[1], substituted(inner, {match[2]: value}), keyword) for value in runs]
-    whole = _balanced(terms, placed(JOINED_BY[match[1]], keyword), keyword)
-    return joined((text.part(0, match.start()), whole, rest), text.span)
+    terms = [
+        _term(match[1], substitute_indices(inner, {match[2]: value}), keyword) for value in runs
+    ]
+    whole = _balanced_tree(terms, text_at(JOINED_BY[match[1]], keyword), keyword)
+    return join_texts((text.part(0, match.start()), whole, rest), text.span)
 
 
 def _term(quantifier: str, body: Text, keyword: Text) -> Text:
     left, right = ("((", ") ? 1 : 0)") if quantifier == "count" else ("(", ")")
-    return joined((placed(left, keyword), body, placed(right, keyword)), body.span)
+    return join_texts((text_at(left, keyword), body, text_at(right, keyword)), body.span)
 
 
-def _balanced(terms: Sequence[Text], between: Text, keyword: Text) -> Text:
-    """Return terms joined as a tree of little depth."""
+def _balanced_tree(terms: Sequence[Text], between: Text, keyword: Text) -> Text:
+    """Join terms as a balanced tree."""
     if len(terms) == 1:
         return terms[0]
     half = len(terms) // 2
-    left, right = (_balanced(part, between, keyword) for part in (terms[:half], terms[half:]))
-    parts = (placed("(", keyword), left, between, right, placed(")", keyword))
-    return joined(parts, keyword.span)
+    left, right = (_balanced_tree(part, between, keyword) for part in (terms[:half], terms[half:]))
+    parts = (text_at("(", keyword), left, between, right, text_at(")", keyword))
+    return join_texts(parts, keyword.span)
 
 
-def _run_of(text: Text, machines: Sequence[Machine], findings: Findings) -> range | None:
-    """Return what a quantifier runs over: ``lo..hi``, or the elements of an array."""
+def _quantifier_range(text: Text, machines: Sequence[Machine], findings: Findings) -> range | None:
+    """Return the range of a quantifier: ``lo..hi``, or the elements of an array."""
     low, dots, _ = text.value.partition("..")
     if dots:
-        return bounds(text.part(0, len(low)), text.part(len(low) + 2, len(text.value)), findings)
+        return index_range(
+            text.part(0, len(low)), text.part(len(low) + 2, len(text.value)), findings
+        )
     arrays = arrays_of(machines)
     if text.value not in arrays:
         findings.add(
@@ -198,7 +202,7 @@ def _run_of(text: Text, machines: Sequence[Machine], findings: Findings) -> rang
     return arrays[text.value]
 
 
-def _closing(text: str, start: int) -> int | None:
+def _closing_bracket(text: str, start: int) -> int | None:
     depth = 0
     for place in range(start, len(text)):
         if text[place] == ")":

@@ -1,4 +1,4 @@
-"""Functions of a chart in conditions over a system: what they read becomes variables of those."""
+"""Inline functions of a chart into conditions over a system, with the condition's variables."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ Read = Callable[[Variable | InState], Variable]
 """Returns the variable that stands for one of the chart, or for whether a state is active."""
 
 
-def read_elsewhere(function: FunctionBody, name: str, read: Read) -> FunctionBody:
+def inline_function(function: FunctionBody, name: str, read: Read) -> FunctionBody:
     """Return a function under a name, in which other variables stand for those of the chart."""
-    changed: FunctionBody = _changed(function, read)
+    changed: FunctionBody = _rename_variables(function, read)
     return replace(changed, name=name)
 
 
-def _changed(part: Any, read: Read) -> Any:
+def _rename_variables(part: Any, read: Read) -> Any:
     if isinstance(part, tuple):
-        return tuple(_changed(each, read) for each in part)
+        return tuple(_rename_variables(each, read) for each in part)
     if isinstance(part, InState) or (
         isinstance(part, Variable) and part.storage is not Storage.LOCAL
     ):
@@ -29,7 +29,7 @@ def _changed(part: Any, read: Read) -> Any:
     if not is_dataclass(part) or isinstance(part, type | Type) or held(part.__class__) is None:
         return part
     values = {field.name: getattr(part, field.name) for field in fields(part) if field.init}
-    new = {name: _changed(value, read) for name, value in values.items() if name != "span"}
+    new = {name: _rename_variables(value, read) for name, value in values.items() if name != "span"}
     return replace(
         part, **{name: value for name, value in new.items() if value is not values[name]}
     )

@@ -1,24 +1,24 @@
-"""What of a system cannot be joined in C."""
+"""Report the features of a system that joined C does not support."""
 
 from __future__ import annotations
 
 from fsmkit.diagnostics import Findings
 from fsmkit.language import SymbolType
-from fsmkit.system.schedule import unit_of
+from fsmkit.system.schedule import time_unit
 from fsmkit.system.system import System
 
 
 def report_limits(system: System, findings: Findings) -> bool:
-    """Say what cannot be joined, with what to do instead; return whether all can.
+    """Report unsupported features with a replacement for each; return whether there are none.
 
-    `FsmkitError` where the machines count time in different ticks.
+    Raises `FsmkitError` if the machines have different ticks.
     """
-    unit_of(system)
+    time_unit(system)
     before = len(list(findings))
     if system.schedule is not None:
         findings.add(
             "not-joined",
-            "a cyclic schedule is not joined in C: one `run` would let all machines come to rest",
+            "joined C has no cyclic schedule: one `run` would let all machines come to rest",
             system.schedule.span,
             help="write the loop: once a period `X_run` of each machine, in this order",
         )
@@ -37,10 +37,10 @@ def report_limits(system: System, findings: Findings) -> bool:
             declared = source.chart.operations[operation]
             findings.add(
                 "not-joined",
-                f"the operation `{source.name}.{declared.name}` returns something, which a "
+                f"the operation `{source.name}.{declared.name}` returns a value, which a "
                 "connection in C does not",
                 source.span,
-                help="send an event and let the answer come as another",
+                help="send an event, and return the result as another event",
             )
         event = target.chart.events[link.event]
         if any(isinstance(part.type, SymbolType) for part in event.fields):

@@ -1,8 +1,8 @@
-"""The parts of a system: machines, and the wires by which they reach each other.
+"""The parts of a system: machines, and the wires between them.
 
-A *port* of a machine is where something leaves it: an event (its index in the chart) or an
-operation (after all events). From `OBSERVED` on, ports are events that the machine handles, which
-monitors observe.
+A *port* of a machine is its output end: an event (its index in the chart) or an operation (after
+all events). From `OBSERVED` on, ports are events that the machine handles, which monitors
+observe.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ OBSERVED = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A shared variable that a machine has a copy of: its place in the data of the chart.
+    """A shared variable that a machine has a copy of: its index in the data of the chart.
 
-    ``element``: of an array only this one is named there.
+    ``element``: for an array, the only element that the chart names.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class FreeInput:
-    """An input, by index, that can have any of some values, at any time or some time apart."""
+    """An input, by index, that takes any of some values, with an optional minimum separation."""
 
     machine: int
     input: int
@@ -54,9 +54,9 @@ class FreeInput:
 class Machine:
     """An instance of a chart.
 
-    One of the environment answers at once (see `verify.statespace.closed_system`).
+    A machine of the environment reacts at once (see `verify.statespace.closed_system`).
 
-    ``place``: of an element of an array of machines, the name of the array and its index.
+    ``place``: for an element of an array of machines, the name of the array and its index.
     """
 
     name: str
@@ -82,10 +82,11 @@ class Machine:
 
 @dataclass(frozen=True, slots=True)
 class EventLink:
-    """From a port to the queue of a machine.
+    """A connection from a port to the queue of a machine.
 
-    ``arguments`` gives for each field of the event which value of the port it takes. ``priority``:
-    on a bus that nodes share; None: after those that have one.
+    ``arguments`` are the values of the port for the fields of the event. ``priority``: on a bus
+    that
+    nodes share; None: after those that have one.
     """
 
     source: int
@@ -98,10 +99,10 @@ class EventLink:
 
 @dataclass(frozen=True, slots=True)
 class InputLink:
-    """From an output (by index) to an input (by index), copied after each step of the writer.
+    """A connection from an output to an input (by index), copied after each step of the writer.
 
-    After the outputs, and after the inputs, a machine's ``shared`` variables are counted; where
-    monitors read, then all its data.
+    After the outputs, and after the inputs, follow the machine's ``shared`` variables. For monitors
+    all its data follow.
     """
 
     source: int
@@ -112,10 +113,10 @@ class InputLink:
 
 @dataclass(frozen=True, slots=True)
 class Possible:
-    """An event that can come from outside at any time.
+    """An external event that can occur at any time.
 
-    ``fair``: it does come some time, if it stays possible (``will``). ``spontaneous``: it stands
-    for a ``sometimes`` transition of the machine itself.
+    ``fair``: it occurs some time, if it stays possible (``will``). ``spontaneous``: it is a
+    ``sometimes`` transition of the machine itself.
     """
 
     machine: int
@@ -129,7 +130,7 @@ class Possible:
 
 @dataclass(frozen=True, slots=True)
 class Monitor:
-    """A machine that watches for a property, and its wires.
+    """A machine that observes others for a property, and its wires.
 
     `system.properties.kinds.monitor` gives it a number.
     """
@@ -147,12 +148,12 @@ def operation_port(chart: Chart, operation: str) -> int:
 
 
 def port_name(chart: Chart, port: int) -> str:
-    """Return the name of the event or operation that leaves by a port."""
+    """Return the name of the event or operation of a port."""
     count = len(chart.events)
     return chart.events[port].name if port < count else chart.operations[port - count].name
 
 
 def port_fields(chart: Chart, port: int) -> tuple[Field, ...]:
-    """Return the values that leave by a port."""
+    """Return the fields of a port."""
     count = len(chart.events)
     return chart.events[port].fields if port < count else chart.operations[port - count].parameters

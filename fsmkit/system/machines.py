@@ -1,4 +1,4 @@
-"""The machines of a system file: charts, arrays of them, and the constants each is given.
+"""Read the machines of a system file: charts, arrays of them, and constants of each.
 
 ``feeder: feeder.yaml``, ``"guard[i in 0..2]": {chart: guard.yaml, with: {id: i}}``, also with
 ``start: {tries: any}``.
@@ -17,9 +17,9 @@ from fsmkit.diagnostics import Findings, FsmkitError, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
-from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, bounds, substituted
+from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, index_range, substitute_indices
 from fsmkit.system.machine import Machine
-from fsmkit.system.starts import started
+from fsmkit.system.starts import with_start_values
 from fsmkit.yaml.nodes import Mapping as MappingNode
 from fsmkit.yaml.nodes import Node, entries_of, require_record, require_text
 
@@ -65,7 +65,7 @@ class _Reader:
                 f"`{name.value.partition('[')[0]}[i in 0..2]`",
             )
             return
-        run = bounds(name.part(*match.span(3)), name.part(*match.span(4)), self.findings)
+        run = index_range(name.part(*match.span(3)), name.part(*match.span(4)), self.findings)
         declared = self.declared(node)
         if declared is None or run is None:
             return
@@ -76,7 +76,7 @@ class _Reader:
                 yield replace(machine, place=(match[1], index))
 
     def declared(self, node: Node) -> _Declared | None:
-        """Return what a line declares; None after a finding."""
+        """Return the declaration of a line; None after a finding."""
         if not isinstance(node, MappingNode):
             chart = require_text(node, "the chart of a machine", self.findings)
             return None if chart is None else _Declared(chart)
@@ -106,9 +106,9 @@ class _Reader:
         indices: Mapping[str, int],
         array: str = "",
     ) -> Machine | None:
-        """Return a machine of that full name; None after a finding."""
+        """Return the machine of that full name; None after a finding."""
         file = self.replacing.get(full) or self.replacing.get(array)
-        given = tuple((key, substituted(value, indices)) for key, value in declared.given)
+        given = tuple((key, substitute_indices(value, indices)) for key, value in declared.given)
         own = named_file(self.folder / "system", declared.chart.value)
         chart = self._chart(file or own, declared, given, file is None)
         if chart is None:
@@ -121,8 +121,8 @@ class _Reader:
                 help="name a chart that extends it",
             )
         machine = Machine(full, chart, span=name.span)
-        start = tuple((key, substituted(value, indices)) for key, value in declared.start)
-        return started(machine, start, self.findings) if start else machine
+        start = tuple((key, substitute_indices(value, indices)) for key, value in declared.start)
+        return with_start_values(machine, start, self.findings) if start else machine
 
     def _chart(
         self,
@@ -146,7 +146,7 @@ class _Reader:
         except FsmkitError as error:
             self.findings.extend(error.diagnostics)
             return None
-        if not given:  # what is odd with these constants need not be so in the chart
+        if not given:  # warnings for these constants need not apply to the chart
             self.findings.extend(own)
         if chart is not None:
             self.charts[key] = chart
@@ -204,7 +204,7 @@ def read_machines(
     if len(found) > MOST_ELEMENTS:
         findings.add(
             "not-explored-yet",
-            f"{len(found)} machines in one system are not explored",
+            f"{len(found)} machines in one system are too many to explore",
             None if node is None else node.span,
             help=f"keep to {MOST_ELEMENTS}",
         )
@@ -224,7 +224,7 @@ def read_machine(
 def _require_new(
     machine: Machine, name: Text, first: dict[str, Machine], findings: Findings
 ) -> None:
-    """Report a name that another line has, too; ``first``: by name, the first machine of it."""
+    """Report a repeated name; ``first``: the first machine of each name."""
     array = machine.name if machine.place is None else machine.place[0]
     other = first.setdefault(array, machine)
     if other.span != machine.span:

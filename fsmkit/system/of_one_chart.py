@@ -1,4 +1,4 @@
-"""Properties and environment of a chart: those of the system that has it as its only machine.
+"""Properties and environment of a chart: those of the system with this chart as its only machine.
 
 In another system each property that is about one machine (`Kind.is_local`) is evaluated again for
 each machine that runs the chart, as ``door.safe``.
@@ -34,18 +34,18 @@ def system_of(chart: Chart) -> System:
     return System(chart.name, machines, properties=properties, is_open=True, of_chart=True)
 
 
-def system_alone(chart: Chart, findings: Findings | None = None) -> System:
-    """Return the system that is explored where a chart is: it alone, with what it says of itself.
+def system_of_chart(chart: Chart, findings: Findings | None = None) -> System:
+    """Return the system to explore for a chart: one machine, with its properties and environment.
 
-    Without ``environment`` everything may come to it, and it is open; with one it is closed. Where
-    monitors watch there is more than one machine: then it is closed, and everything may come.
+    Without ``environment`` the environment is unrestricted, and the system is open; with one it is
+    closed. Monitors are further machines: with them it is closed, with an unrestricted environment.
 
     Args:
         chart: The chart.
-        findings: Where warnings are left.
+        findings: Receives the warnings.
 
     Raises:
-        FsmkitError: With every finding, where a property or the environment cannot be read.
+        FsmkitError: With all findings, if a property or the environment cannot be read.
 
     """
     findings = Findings() if findings is None else findings
@@ -64,26 +64,26 @@ def system_alone(chart: Chart, findings: Findings | None = None) -> System:
     )
     environment = chart.environment
     if environment is None and monitors:
-        environment = _everything(chart)
+        environment = _unrestricted_environment(chart)
     if environment is not None and not findings.has_errors:
-        system = _closed(system, machines, environment, findings)
+        system = _with_environment(system, machines, environment, findings)
     if findings.has_errors:
         raise FsmkitError(findings)
     return system
 
 
-def _everything(chart: Chart) -> DocEnvironment:
-    """Return the environment in which all events come, and all inputs change, at any time."""
+def _unrestricted_environment(chart: Chart) -> DocEnvironment:
+    """Return the unrestricted environment: all events occur, and all inputs change, at any time."""
     span = chart.states[0].span
     names = [declared.name for declared in chart.inputs]
     names += names_of_events(chart, Direction.IN)
     return DocEnvironment(may=tuple(Text(name, span, ()) for name in names), span=span)
 
 
-def _closed(
+def _with_environment(
     system: System, machines: tuple[Machine, ...], given: DocEnvironment, findings: Findings
 ) -> System:
-    """Return a system to which only that comes from outside which the chart names."""
+    """Return a system whose external events and free inputs are those that the chart names."""
     span = given.span or machines[0].chart.states[0].span
     parts: list[tuple[Text, Node]] = [
         (
@@ -117,11 +117,11 @@ def own_properties(
     Args:
         machines: All machines of the system.
         number: The machine.
-        monitors: Where the machines are left that watch for them.
-        findings: Where errors are left.
-        prefix: What their names begin with, where the machine is alone; else all that are about
-            one machine have its name, and others are left out.
-        strict: As of `Reading`.
+        monitors: Receives the machines that monitor them.
+        findings: Receives the errors.
+        prefix: The start of their names, if the machine is alone. Otherwise only properties about
+            one machine are read, prefixed by its name.
+        strict: As for `Reading`.
 
     """
     machine = machines[number]
@@ -143,7 +143,7 @@ def own_properties(
 
 
 def _node(one: DocProperty) -> Node:
-    """Return a property as the node that a system file has for it."""
+    """Return a property in the form of a node of a system file."""
     parts = tuple(Scalar(part) for part in (one.first, one.time, one.then) if part is not None)
     if not parts and not one.watch:
         return Scalar(one.kind)
@@ -163,10 +163,11 @@ def properties_of_machines(
     *,
     strict: bool = False,
 ) -> Iterator[Property]:
-    """Yield what the charts of machines say of themselves, evaluated for each machine.
+    """Yield the properties in the charts of machines, evaluated for each machine.
 
-    What is wrong with it is reported once for each chart, at its own lines. ``known``: properties
-    of the system, whose names are taken.
+    Findings are reported once for each chart, at its own lines. ``known``: properties of the
+    system,
+    whose names are reserved.
     """
     names = {one.name: one for one in known}
     sound: dict[int, bool] = {}
@@ -177,7 +178,7 @@ def properties_of_machines(
         if id(chart) not in sound:
             own = Findings()
             try:
-                system_alone(replace(chart, environment=None), own)
+                system_of_chart(replace(chart, environment=None), own)
             except FsmkitError:
                 findings.extend(own)
             sound[id(chart)] = not own.has_errors

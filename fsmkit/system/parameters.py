@@ -1,8 +1,8 @@
 """Parameters of a system: names for numbers, durations and members, which ``--set`` replaces.
 
-``parameters: {N: 3, T_HOLD: 10ms}``. A parameter may stand wherever the file has an expression, an
-index, a delay or a capacity; it is replaced before anything else is read, each character of its
-value having the place of the name. As constants of a chart, it may use those before it.
+``parameters: {N: 3, T_HOLD: 10ms}``. A parameter may occur in expressions, indices, delays and
+capacities. It is replaced before anything else is read; each character of its value has the
+location of the name. Like constants of a chart, a parameter may use earlier ones.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.document.document import Document
 from fsmkit.language import IntType, Literal, Scope, fold, type_expression
-from fsmkit.system.indices import joined, placed
+from fsmkit.system.indices import join_texts, text_at
 from fsmkit.system.machines import with_constant
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, Sequence, entries_of, require_text
 
@@ -28,12 +28,12 @@ LINE = "<--set>"
 def with_parameters(
     root: Mapping, given: Table[str, str], findings: Findings
 ) -> tuple[Mapping, tuple[tuple[str, str], ...]]:
-    """Return a system without its parameters, and their values, as texts.
+    """Return a system without its parameters, and their values as strings.
 
     Args:
         root: The outermost node.
-        given: Values that count instead of those of the file, by name.
-        findings: Where a value that is none, and a name that there is not, is reported.
+        given: Values that override those of the file, by name.
+        findings: Receives invalid values and unknown names.
 
     """
     node = next((value for key, value in root.entries if key.value == "parameters"), None)
@@ -42,12 +42,12 @@ def with_parameters(
         text = require_text(value, f"the parameter `{name}`", findings)
         if NAME.fullmatch(name.value) is None:
             findings.add(
-                "unexpected-shape", f"`{name}` is no name for a parameter", name,
+                "unexpected-shape", f"`{name}` is not a valid parameter name", name,
                 help="use letters, digits and `_`",
             )  # fmt: skip
         elif text is not None:
             text = _from_line(given[name.value]) if name.value in given else text
-            values[name.value] = _known(_replaced(text, values))
+            values[name.value] = _constant_value(_replace_names(text, values))
     for unknown in sorted(given.keys() - values.keys()) if not findings.has_errors else ():
         known = ", ".join(values) or "none"
         findings.add(
@@ -55,7 +55,7 @@ def with_parameters(
             help=suggest(unknown, list(values), f"it has {known}; declare it under `parameters`"),
         )  # fmt: skip
     entries = tuple(
-        (key, value if key.value in PLAIN else _below(value, values))
+        (key, value if key.value in PLAIN else _replace_below(value, values))
         for key, value in root.entries
         if key.value != "parameters"
     )
@@ -65,7 +65,7 @@ def with_parameters(
 def with_set_constants(
     documents: tuple[Document, ...], given: Table[str, str], findings: Findings
 ) -> tuple[Document, ...]:
-    """Return a chart whose constants have the values that are given; `FsmkitError` if not."""
+    """Return a chart whose constants have the given values. Raises `FsmkitError` for others."""
     for name, value in given.items():
         documents = with_constant(documents, _from_line(name), _from_line(value), findings)
     if findings.has_errors:
@@ -74,38 +74,41 @@ def with_set_constants(
 
 
 def _from_line(value: str) -> Text:
-    """Return what was given on the command line, with a place."""
+    """Return a value of the command line, with its location."""
     return Text(value, Span(Source(LINE, value), 0, len(value)))
 
 
-def _known(text: Text) -> Text:
-    """Return the number that an expression is; anything else, for instance a duration, as it is."""
+def _constant_value(text: Text) -> Text:
+    """Return the number of a constant expression; others, for instance durations, unchanged."""
     tree = type_expression(text, Scope(), Findings())
     found = None if tree is None else fold(tree)
     if isinstance(found, Literal) and isinstance(found.type, IntType):
-        return placed(str(found.value), text)
+        return text_at(str(found.value), text)
     return text
 
 
-def _below(node: Node, values: Table[str, Text]) -> Node:
-    """Return a node in whose texts parameters are replaced; of keys only in those with an index."""
+def _replace_below(node: Node, values: Table[str, Text]) -> Node:
+    """Return a node with parameters replaced in its values, and in keys that have an index."""
     match node:
         case Scalar(text):
-            return replace(node, text=_replaced(text, values))
+            return replace(node, text=_replace_names(text, values))
         case Sequence(items):
-            return replace(node, items=tuple(_below(item, values) for item in items))
+            return replace(node, items=tuple(_replace_below(item, values) for item in items))
         case Mapping(entries):
             return replace(
                 node,
                 entries=tuple(
-                    (_replaced(key, values) if "[" in key.value else key, _below(value, values))
+                    (
+                        _replace_names(key, values) if "[" in key.value else key,
+                        _replace_below(value, values),
+                    )
                     for key, value in entries
                 ),
             )
 
 
-def _replaced(text: Text, values: Table[str, Text]) -> Text:
-    """Return a text with values for names of parameters, but in quotes, after a dot and in `In`."""
+def _replace_names(text: Text, values: Table[str, Text]) -> Text:
+    """Replace names of parameters in a text, but not in quotes, after a dot or in `In`."""
     if not values:
         return text
     names = "|".join(map(re.escape, values))
@@ -116,7 +119,7 @@ def _replaced(text: Text, values: Table[str, Text]) -> Text:
     at = 0
     for match in pattern.finditer(text.value):
         if match[1] is not None:
-            value = placed(values[match[1]].value, text.part(*match.span()))
+            value = text_at(values[match[1]].value, text.part(*match.span()))
             parts += [text.part(at, match.start()), value]
             at = match.end()
-    return joined((*parts, text.part(at, len(text.value))), text.span) if parts else text
+    return join_texts((*parts, text.part(at, len(text.value))), text.span) if parts else text

@@ -1,4 +1,4 @@
-"""The values that the environment of a system can choose, as `analysis.partition` divides them."""
+"""Partition the values that the environment of a system can choose, by `analysis.partition`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from fsmkit.system.system import System
 
 
 def partition_of(system: System, *, observed: bool = False, enumerated: int = 0) -> Partition:
-    """Return how values are divided, by what machines, monitors and properties do with them.
+    """Return the partition of values by their uses in machines, monitors and properties.
 
-    ``observed``, ``enumerated``: as of `Partition`.
+    ``observed``, ``enumerated``: as for `Partition`.
     """
     system = with_monitors(with_freezers(system))
     return Partition(
@@ -35,12 +35,12 @@ def partition_of(system: System, *, observed: bool = False, enumerated: int = 0)
 
 
 def field_of(machine: int, event: int, part: int) -> Place:
-    """Return the place of a field of an event."""
+    """Return the variable of a field of an event."""
     return Place(machine, "field", event, part)
 
 
 def _copies(system: System) -> Iterator[tuple[Place, Place]]:
-    """Yield what the wires copy."""
+    """Yield the assignments of the wires."""
     machines = system.machines
     for event_link in system.event_links:
         for part, sent in enumerate(event_link.arguments):
@@ -55,12 +55,14 @@ def _copies(system: System) -> Iterator[tuple[Place, Place]]:
     for link in system.input_links:
         source_, target = machines[link.source], machines[link.target]
         yield (
-            Place(link.source, "variable", _wired(source_, source_.chart.outputs, link.output)),
-            Place(link.target, "variable", _wired(target, target.chart.inputs, link.input)),
+            Place(
+                link.source, "variable", _variable_at(source_, source_.chart.outputs, link.output)
+            ),
+            Place(link.target, "variable", _variable_at(target, target.chart.inputs, link.input)),
         )
 
 
-def _wired(machine: Machine, declared: tuple[Data, ...], number: int) -> str:
+def _variable_at(machine: Machine, declared: tuple[Data, ...], number: int) -> str:
     """Return the variable at an end of a wire: after these the shared data, then all data."""
     if number < len(declared):
         return declared[number].name

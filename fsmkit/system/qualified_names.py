@@ -1,7 +1,7 @@
-"""Names of a chart in its own properties and environment: they need no machine.
+"""Qualify the names in a chart's own properties and environment by its machine.
 
 ``In(moving) and blocked`` becomes ``door.In(moving) and door.blocked``, which the readers of
-systems know; each character that is added has the place of what it stands before.
+systems accept. Each added character has the location of the name after it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from fsmkit.diagnostics import Text
 from fsmkit.system.conditions import QUOTED, variables_of
-from fsmkit.system.indices import joined, placed
+from fsmkit.system.indices import join_texts, text_at
 from fsmkit.system.machine import Machine
 
 CONDITION = re.compile(
@@ -22,7 +22,7 @@ WATCHED = re.compile(r"\s*(?:occurs\s*\(\s*)?(?=[A-Za-z_])")
 
 
 def in_condition(text: Text, machine: Machine) -> Text:
-    """Return a condition over a machine in which each name of its chart has the machine's."""
+    """Return a condition in which each name of the chart is qualified by the machine."""
     functions = {function.name for function in machine.chart.functions}
     functions |= {operation.name for operation in machine.chart.operations}
     names = {name.partition(".")[0] for name in (*variables_of(machine.chart), *functions)}
@@ -36,24 +36,24 @@ def in_condition(text: Text, machine: Machine) -> Text:
 
 
 def in_watch(text: Text, machine: Machine) -> Text:
-    """Return a line of what a monitor watches, with the machine before what it sees."""
+    """Return a line of a monitor's ``watch`` with its source qualified by the machine."""
     match = WATCHED.match(text.value)
     return text if match is None else _inserted(text, f"{machine.name}.", [match.end()])
 
 
 def in_environment(text: Text, machine: Machine) -> Text:
-    """Return an item of an environment, with the machine before its name."""
+    """Return an item of an environment qualified by the machine."""
     return in_watch(text.stripped(), machine)
 
 
 def _inserted(text: Text, word: str, places: list[int]) -> Text:
-    return joined(tuple(_pieces(text, word, places)), text.span) if places else text
+    return join_texts(tuple(_pieces(text, word, places)), text.span) if places else text
 
 
 def _pieces(text: Text, word: str, places: list[int]) -> Iterator[Text]:
     at = 0
     for place in places:
         yield text.part(at, place)
-        yield placed(word, text.part(place, place + 1))
+        yield text_at(word, text.part(place, place + 1))
         at = place
     yield text.part(at, len(text.value))

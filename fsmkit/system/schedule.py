@@ -1,11 +1,11 @@
-"""Cyclic schedules: machines run in a given order, once a period, as a loop on a board lets them.
+"""Cyclic schedules: machines run in a given order, once a period, as in the loop of a board.
 
 ``schedule: {cyclic: [feeder, molder], period: 10ms, jitter: 1ms}``
 
-In an exploration one more machine keeps turn and phase. Its chart is made here: a period begins
-every ``period`` ticks, its first turn at most ``jitter`` ticks later, and the turns of the machines
-follow each other without time between them. `verify.statespace.closed_system` says what may move
-when.
+The explored system has one more machine that keeps turn and phase. A period starts every
+``period`` ticks, its first turn at most ``jitter`` ticks later, and the turns of the machines
+follow each other without delay. `verify.statespace.closed_system` decides which machine may
+move.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fsmkit.document.keys import SCHEDULE
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
 from fsmkit.system.connections import find_machine
-from fsmkit.system.indices import MOST_ELEMENTS, each
+from fsmkit.system.indices import MOST_ELEMENTS, expand_indices
 from fsmkit.system.machine import Machine
 from fsmkit.system.system import Schedule, System
 from fsmkit.yaml.nodes import Mapping, Node, Scalar, require_record, require_text, texts_of
@@ -40,7 +40,7 @@ def read_schedule(
 ) -> Schedule | None:
     """Read the schedule of a system; None where it is interleaved, or after a finding.
 
-    ``machines``: those of the file, of which it is known which are of the environment.
+    ``machines``: those of the file, with those of the environment marked.
     """
     if node is None or (isinstance(node, Scalar) and node.text.value == "interleaved"):
         return None
@@ -66,30 +66,30 @@ def read_schedule(
 
 
 def _order(node: Node, machines: tuple[Machine, ...], findings: Findings) -> tuple[int, ...] | None:
-    """Read the order; each machine that is not of the environment has one place in it."""
+    """Read the order; each machine outside of the environment occurs once in it."""
     places: dict[int, Text] = {}
     for text in texts_of(node, "`cyclic`", "a machine of the order", findings):
-        for one in each(text, machines):
+        for one in expand_indices(text, machines):
             machine = find_machine(one, machines, findings)
             if machine is not None:
                 _place(machine, one, machines, places, findings)
     if findings.has_errors:
         return None
-    for number, left_out in enumerate(machines):
-        if number not in places and not left_out.environment:
+    for number, omitted in enumerate(machines):
+        if number not in places and not omitted.environment:
             findings.add(
                 "unscheduled-machine",
-                f"`{left_out.name}` has no place in the order",
+                f"`{omitted.name}` is missing in the order",
                 node.span,
-                secondary=[] if left_out.span is None else [(left_out.span, "this machine")],
+                secondary=[] if omitted.span is None else [(omitted.span, "this machine")],
                 help="name it in `cyclic`, or under `will` if it belongs to the environment",
-                fixes=_appended(node, left_out.name),
+                fixes=_fix_appending(node, omitted.name),
             )
     return tuple(places)
 
 
-def _appended(node: Node, name: str) -> tuple[Fix, ...]:
-    """Return the fix that puts a machine at the end of the order, in flow style."""
+def _fix_appending(node: Node, name: str) -> tuple[Fix, ...]:
+    """Return the fix that adds a machine at the end of the order, in flow style."""
     source, end = node.span.source, node.span.end - 1
     if source.text[end : end + 1] != "]":
         return ()
@@ -126,7 +126,7 @@ def _place(
 
 
 def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple[int, int] | None:
-    """Read period and jitter."""
+    """Read period and jitter in ticks."""
     found = []
     texts = []
     for name in ("period", "jitter"):
@@ -138,33 +138,35 @@ def _ticks(parts: Dictionary[str, Node], tick: int, findings: Findings) -> tuple
         texts.append(text)
     period, jitter = found
     if period == 0:
-        findings.add("bad-period", "a period takes time", texts[0], help="write such as `10ms`")
+        findings.add(
+            "bad-period", "the period must be positive", texts[0], help="for instance `10ms`"
+        )
         return None
     if jitter >= period:
         findings.add(
             "bad-period",
-            f"the jitter is not less than the period of {duration_text(period * tick)}",
+            f"the jitter is not shorter than the period of {duration_text(period * tick)}",
             texts[1],
-            help="make it less: a period begins before the next one does",
+            help="reduce it: a period must start before the next one",
         )
         return None
     return period, jitter
 
 
 def require_room(system: System, findings: Findings) -> None:
-    """Report more machines than can be explored with one that keeps the turns."""
+    """Report more machines than can be explored together with the scheduler."""
     machines = len(system.machines) + len(system.monitors) + len(system.freezers)
     if system.schedule is not None and machines + 1 > MOST_ELEMENTS:
         findings.add(
             "not-explored-yet",
-            f"a cyclic schedule of a system of {machines} machines is not explored",
+            f"a system of {machines} machines with a cyclic schedule is too large to explore",
             system.schedule.span,
-            help=f"keep to {MOST_ELEMENTS - 1}, monitors among them",
+            help=f"use at most {MOST_ELEMENTS - 1} machines, monitors included",
         )
 
 
-def unit_of(system: System) -> int:
-    """Return the greatest common divisor of all delays, in ticks; 0 where there is none."""
+def time_unit(system: System) -> int:
+    """Return the greatest common divisor of all delays, in ticks; 0 without delays."""
     ticks = {machine.chart.capacities.tick for machine in system.machines}
     if len(ticks) > 1:
         raise fail(
@@ -196,7 +198,7 @@ def with_scheduler(system: System, *, untimed: bool) -> System:
 def scheduler_chart(schedule: Schedule, tick: int, *, untimed: bool) -> Chart:
     """Return the chart that keeps turn and phase: ``turn_N`` is that of the N-th in the order.
 
-    ``untimed``: a period follows the other whenever it does.
+    ``untimed``: periods follow each other at any time.
     """
     findings = Findings()
     text = "\n".join(_lines(schedule, tick, untimed=untimed)) + "\n"
@@ -225,7 +227,7 @@ def _lines(schedule: Schedule, tick: int, *, untimed: bool) -> list[str]:
 
 
 def schedule_text(system: System) -> str:
-    """Return what a cyclic schedule lets a verdict assume."""
+    """Return the assumption of a verdict about a cyclic schedule."""
     schedule = system.schedule
     if schedule is None:
         return ""
@@ -236,10 +238,10 @@ def schedule_text(system: System) -> str:
     return f"the loop runs {names} in this order every {every}{late}, and takes no time for it"
 
 
-def turns_of(system: System) -> dict[int, int]:
+def machines_by_turn(system: System) -> dict[int, int]:
     """Return the machines that have their turn in states of the scheduler, the last machine.
 
-    Without a cyclic schedule there are none.
+    The result is empty without a cyclic schedule.
     """
     if system.schedule is None:
         return {}

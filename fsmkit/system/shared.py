@@ -1,7 +1,7 @@
-"""Shared data of a system file: variables of which every machine that names them has a copy.
+"""Shared data of a system file: each machine that names a variable has a copy of it.
 
-``shared: {turn: 0..3 = 0}``. A chart declares them among its ``data``, as if they were its own; the
-system says which are the same. What a machine changes reaches all other copies in the same step.
+``shared: {turn: 0..3 = 0}``. A chart declares shared variables under ``data`` like its own; the
+system names the shared ones. An assignment in one machine updates all copies in the same step.
 """
 
 from __future__ import annotations
@@ -28,13 +28,15 @@ def read_shared(
     """Return the machines with their shared variables; types are read in ``scope``."""
     for name, value in entries_of(node, "`shared`", findings):
         text = require_text(value, f"the shared variable `{name}`", findings)
-        init = None if text is None else _declared(name, text, scope, findings)
+        init = None if text is None else _start_value(name, text, scope, findings)
         if init is not None:
-            machines = _bound(name, init, machines, findings)
+            machines = _bind(name, init, machines, findings)
     return machines
 
 
-def _declared(name: Text, text: Text, scope: lang.Scope, findings: Findings) -> lang.Literal | None:
+def _start_value(
+    name: Text, text: Text, scope: lang.Scope, findings: Findings
+) -> lang.Literal | None:
     """Return the start value of a variable, with its type."""
     written, init = read_typed(text, findings)
     if written is None and init is None:
@@ -60,7 +62,7 @@ def _declared(name: Text, text: Text, scope: lang.Scope, findings: Findings) -> 
     return found
 
 
-def _bound(
+def _bind(
     name: Text, init: lang.Literal, machines: tuple[Machine, ...], findings: Findings
 ) -> tuple[Machine, ...]:
     found = []
@@ -79,7 +81,7 @@ def _bound(
                 help="give both the same type",
             )
         slots = tuple(slots_of(machine.chart, own, place))
-        chart = machine.chart if own.init == init else _starting(machine.chart, place, init)
+        chart = machine.chart if own.init == init else _with_start_value(machine.chart, place, init)
         found.append(replace(machine, chart=chart, shared=(*machine.shared, *slots)))
     if not any(slot.name == name.value for machine in found for slot in machine.shared):
         findings.add(
@@ -92,15 +94,15 @@ def _bound(
     return tuple(found)
 
 
-def _starting(chart: Chart, place: int, init: lang.Literal) -> Chart:
+def _with_start_value(chart: Chart, place: int, init: lang.Literal) -> Chart:
     changed = replace(chart.data[place], init=init)
     return replace(chart, data=(*chart.data[:place], changed, *chart.data[place + 1 :]))
 
 
 def slots_of(chart: Chart, data: Data, place: int) -> list[Slot]:
-    """Return what a machine holds of a variable: of an array only the elements that it names.
+    """Return the elements of a variable in a machine: of an array only those that it names.
 
-    It names all of them where an index is not known when compiling.
+    It names all of them if an index is not constant.
     """
     named = [
         n
@@ -128,7 +130,7 @@ def _known_index(element: lang.Element) -> int | None:
 
 
 def shared_links(machines: Sequence[Machine]) -> tuple[InputLink, ...]:
-    """Return the wires from each copy that is ever changed to all others.
+    """Return the wires from each assigned copy to all others.
 
     Shared variables are counted after the outputs, and after the inputs, of a machine.
     """
@@ -183,7 +185,7 @@ def with_slot(
 def written_value(
     machine: Machine, chart: Chart, data: tuple[lang.Value, ...], number: int
 ) -> lang.Value:
-    """Return what a wire takes: an output, after them a shared variable, then any of the data."""
+    """Return the value of a wire: an output, then a shared variable, then any of the data."""
     if number < len(chart.outputs):
         return data[len(chart.data) + number]
     number -= len(chart.outputs)
@@ -198,7 +200,7 @@ def kept_at_start(machine: Machine, data: tuple[lang.Value, ...]) -> Mapping[int
 
 
 def type_of_slot(chart: Chart, slot: Slot) -> lang.Type:
-    """Return the type of a shared variable, or of the element of it."""
+    """Return the type of a shared variable, or of its element."""
     type_ = chart.data[slot.data].type
     return (
         type_.element if slot.element is not None and isinstance(type_, lang.ArrayType) else type_
@@ -206,22 +208,22 @@ def type_of_slot(chart: Chart, slot: Slot) -> lang.Type:
 
 
 def reads_shared(machine: Machine, guards: Iterable[lang.Expr | None]) -> bool:
-    """Whether a shared variable occurs in one of some guards."""
+    """Whether a guard reads a shared variable."""
     names = {slot.name for slot in machine.shared}
     return any(
         isinstance(n, lang.Variable) and n.name in names for guard in guards for n in nodes(guard)
     )
 
 
-def tries_eventless(machine: Machine, chart: Chart) -> bool:
-    """Whether an eventless guard reads what others change, so that a change matters at once."""
+def has_data_trigger(machine: Machine, chart: Chart) -> bool:
+    """Whether an eventless guard reads external data, so that a change may enable it at once."""
     return samples_inputs(chart) or reads_shared(
         machine, [t.guard for t in chart.transitions if t.trigger is Trigger.EVENTLESS]
     )
 
 
-def resting(chart: Chart, machine: Machine) -> frozenset[int]:
-    """Return the leaves where a machine may wait for ever: marked, in a marked one, or final.
+def resting_states(chart: Chart, machine: Machine) -> frozenset[int]:
+    """Return the leaves in which a machine may wait forever: marked, in a marked state, or final.
 
     A monitor may wait anywhere.
     """

@@ -1,8 +1,8 @@
 """Start values that a system gives its machines: ``start: {aligned: true, tries: any}``.
 
-A value takes the place of the one in the chart. With ``any`` an exploration starts from each value:
-the explored chart has an operation whose result is stored before anything else is done, and of an
-input the machine that sets it begins so. All else starts with the value of the chart.
+A value replaces the one in the chart. With ``any`` an exploration starts from each value. The
+explored chart then has an operation whose result is stored first; for an input, the machine that
+sets it starts with any value. All others start with the value of the chart.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from fsmkit.system.system import System
 ANY = "any"
 
 
-def started(machine: Machine, given: Iterable[tuple[Text, Text]], findings: Findings) -> Machine:
+def with_start_values(
+    machine: Machine, given: Iterable[tuple[Text, Text]], findings: Findings
+) -> Machine:
     """Return a machine whose data and inputs have the start values that a system gives them."""
     data, inputs = list(machine.chart.data), list(machine.chart.inputs)
     names: list[str] = []
@@ -71,7 +73,7 @@ def _is_constant(chart: Chart, name: str) -> bool:
 
 
 def _is_countable(variable: Data, name: Text, findings: Findings) -> bool:
-    """Whether an exploration can start from each value; report why not."""
+    """Whether an exploration can start from each value; otherwise report why not."""
     if isinstance(
         variable.type, lang.ArrayType | lang.RecordType | lang.SymbolType | lang.FloatType
     ):
@@ -86,7 +88,7 @@ def _is_countable(variable: Data, name: Text, findings: Findings) -> bool:
 
 
 def check_starts(system: System, findings: Findings) -> None:
-    """Report start values that never count: of inputs that are connected, of shared data."""
+    """Report start values without effect: for connected inputs, and for shared data."""
     driven = {(link.target, link.input) for link in system.input_links}
     for number, machine in enumerate(system.machines):
         shared = {slot.name for slot in machine.shared}
@@ -118,9 +120,9 @@ def started_inputs(machines: Iterable[Machine]) -> list[tuple[int, int]]:
 
 
 def with_any_starts(system: System) -> System:
-    """Return a system whose data start from any value where that is said."""
+    """Return a system with the start values ``any`` as choices of its machines."""
     machines = tuple(
-        replace(machine, chart=_choosing(machine.chart, machine.any_start))
+        replace(machine, chart=_with_choices(machine.chart, machine.any_start))
         if machine.any_start
         else machine
         for machine in system.machines
@@ -128,8 +130,8 @@ def with_any_starts(system: System) -> System:
     return replace(system, machines=machines)
 
 
-def _choosing(chart: Chart, names: tuple[str, ...]) -> Chart:
-    """Return a chart that stores the result of an operation in each of some data as it starts."""
+def _with_choices(chart: Chart, names: tuple[str, ...]) -> Chart:
+    """Return a chart that stores the results of operations in some data when it starts."""
     variables = (*chart.data, *chart.inputs, *chart.outputs)
     taken = {one.name for one in chart.operations} | {one.name for one in variables}
     operations: list[Operation] = []

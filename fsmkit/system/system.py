@@ -1,4 +1,4 @@
-"""A system: machines, the wires between them, what surrounds them, and what must hold of them.
+"""A system: machines, the wires between them, their environment, and required properties.
 
 Machines are numbered in the order of the file, properties likewise.
 """
@@ -18,7 +18,7 @@ from fsmkit.system.properties.property import Property
 class Schedule:
     """The machines that run once a period, in this order; see `system.schedule`.
 
-    ``period`` and ``jitter`` are ticks: a period begins up to the jitter later than it should.
+    ``period`` and ``jitter`` are ticks: a period starts late by at most the jitter.
     """
 
     order: tuple[int, ...]
@@ -29,10 +29,11 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True)
 class Freezer:
-    """A node that may freeze: the machine that keeps its state, and those that take no steps then.
+    """A node that may freeze: the machine that keeps its state, and the machines on it.
 
-    ``silent``: the events, by machine and number, by which others notice it, ``within`` the least
-    and the greatest ticks. ``continues``: ticks after which it does so no more; None: it never
+    ``silent``: the events, by machine and number, by which others notice it. ``within``: the
+    minimum
+    and maximum ticks until then. ``continues``: ticks during which it may continue; None: it never
     does. See `system.freezes`.
     """
 
@@ -47,7 +48,7 @@ class Freezer:
 
 @dataclass(frozen=True)
 class System:
-    """Charts, closed. ``is_open``: one chart alone, to which everything may come from outside."""
+    """A closed system. ``is_open``: one chart alone, with an unrestricted environment."""
 
     name: str
     machines: tuple[Machine, ...]
@@ -95,7 +96,7 @@ def state_properties(system: System) -> tuple[Property, ...]:
 
 
 def part_of(system: System, numbers: tuple[int, ...]) -> System:
-    """Return some machines of a system as one, with what connects them and what may come."""
+    """Return some machines of a system as a system, with their wires and external events."""
     here = {number: place for place, number in enumerate(numbers)}
     events = (
         replace(link, source=here[link.source], target=here[link.target])

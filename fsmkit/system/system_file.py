@@ -1,4 +1,4 @@
-"""Reads system files: machines, connections, environment, properties, each with its place."""
+"""Read system files: machines, connections, environment and properties, each with its location."""
 
 from __future__ import annotations
 
@@ -38,11 +38,12 @@ def load_system(
     strict: bool = False,
     parameters: Dictionary[str, str] = MappingProxyType({}),
 ) -> System:
-    """Return the system of a file.
+    """Return the system in a file.
 
-    ``replacing``: charts that machines run in place of those that the file names for them.
+    ``replacing``: charts that machines run instead of those named in the file.
     ``strict``: as for `fsmkit.chart.loading.load_with_findings`, for every chart.
-    ``parameters``: as for `system_of_root`. Raises `FsmkitError` with every finding of an error.
+    ``parameters``: as for `system_of_root`. Raises `FsmkitError` with all findings after an
+    error.
     """
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
@@ -67,10 +68,10 @@ def system_of_root(
     strict: bool = False,
     parameters: Dictionary[str, str] = MappingProxyType({}),
 ) -> System | None:
-    """Read a system of the outermost node of a file; mind the findings.
+    """Read a system from the outermost node of a file; mind the findings.
 
-    The paths of charts are relative to ``folder``. ``parameters``: values that count instead of
-    those under ``parameters``.
+    The paths of charts are relative to ``folder``. ``parameters``: values that override those under
+    ``parameters``.
     """
     given: tuple[tuple[str, str], ...] = ()
     if isinstance(root, Mapping):
@@ -79,7 +80,9 @@ def system_of_root(
     if root is None or parts is None:
         return None
     if "system" not in parts:
-        findings.add("not-a-system", "this is no system", root.span, help="name it: `system: Cell`")
+        findings.add(
+            "not-a-system", "this is not a system", root.span, help="name it: `system: Cell`"
+        )
         return None
     name = require_text(parts["system"], "the name of a system", findings)
     machines = read_machines(parts.get("machines"), folder, replacing, findings, strict=strict)
@@ -142,7 +145,7 @@ def _file_of(chart: Replacement) -> str:
 
 
 def _require_fixed_delays(machines: tuple[Machine, ...], findings: Findings) -> None:
-    """Report intervals of machines that are no environment: no machine can choose so."""
+    """Report intervals outside of the environment: generated code cannot choose a delay."""
     for machine in machines:
         for transition in machine.chart.transitions:
             if transition.least is not None and not machine.environment:

@@ -1,4 +1,4 @@
-"""Ports that could drive an input, or send an event, that nothing does: the fixes of that."""
+"""Propose connections for inputs and events that nothing drives or sends."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def connecting(
     Args:
         machines: All machines of a system.
         links: Its connections of events.
-        target: Which machine it is that nothing comes to.
-        names: Its inputs, or its events, to which nothing comes.
-        are_inputs: Which of both they are.
+        target: The machine with unconnected inputs or events.
+        names: Its unconnected inputs or events.
+        are_inputs: Whether the names are inputs.
 
     """
     machine, fixes = machines[target], []

@@ -1,7 +1,7 @@
-"""The world of a system: its machines of the environment, of which no code is written.
+"""Remove the environment's machines from a system: no code is generated for them.
 
-They are a model of what surrounds the others, so that a system can be checked. What connects them
-with the others is then the host's.
+They model the surroundings of the others, so that a system can be checked. In generated code the
+host takes the place of their connections.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from fsmkit.system.system import System, part_of
 
 @dataclass(frozen=True, slots=True)
 class WithoutWorld:
-    """A system without its world.
+    """A system without the machines of its environment.
 
-    ``outside``: ports of its machines, by number and port, that lead to others of them and led to
-    the world, too.
+    ``outside``: ports, by machine and number, that were connected to both a remaining machine and
+    the environment.
     """
 
     system: System
@@ -27,10 +27,9 @@ class WithoutWorld:
 
 
 def without_world(system: System, findings: Findings) -> WithoutWorld:
-    """Return what is left of a system, and say what is not; all of it where nothing would be left.
+    """Return a system without its environment, or all of it if nothing would remain.
 
-    The connections that lead to the world, or come from there, are told by what the host does in
-    their place.
+    A warning lists the omitted connections and the host's calls in their place.
     """
     kept = tuple(n for n, machine in enumerate(system.machines) if not machine.environment)
     if not kept or len(kept) == len(system.machines):
@@ -46,15 +45,16 @@ def without_world(system: System, findings: Findings) -> WithoutWorld:
     gone = [machine for machine in system.machines if machine.environment]
     findings.add(
         "world-left-out",
-        f"no code is written of {_listed(m.name for m in gone)}, of the environment",
+        f"no code is written of {_format_names(m.name for m in gone)}, of the environment",
         gone[0].span,
-        help="; ".join(_of_host(system, frozenset(here))) or "nothing connects it with the others",
+        help="; ".join(_host_replacements(system, frozenset(here)))
+        or "nothing connects it with the others",
     )
     return WithoutWorld(left, frozenset(led & within))
 
 
-def _of_host(system: System, kept: frozenset[int]) -> Iterator[str]:
-    """Yield what the host does in place of the connections, a text for each kind of them."""
+def _host_replacements(system: System, kept: frozenset[int]) -> Iterator[str]:
+    """Yield the host's replacements of the connections, a text for each kind of connection."""
     out: list[str] = []
     came: list[str] = []
     written: list[str] = []
@@ -78,7 +78,7 @@ def _of_host(system: System, kept: frozenset[int]) -> Iterator[str]:
         ("it reads", read),
     ):
         if names:
-            yield f"{verb} {_listed(dict.fromkeys(names))}"
+            yield f"{verb} {_format_names(dict.fromkeys(names))}"
 
 
 def _port(system: System, link: EventLink) -> str:
@@ -87,7 +87,7 @@ def _port(system: System, link: EventLink) -> str:
 
 
 def _variable(system: System, link: InputLink, kept: frozenset[int]) -> Iterator[str]:
-    """Yield the input or output of the machine that is kept; of a shared variable its name."""
+    """Return the input or output of the remaining machine; for a shared variable its name."""
     is_read = link.source in kept
     number, place = (link.source, link.output) if is_read else (link.target, link.input)
     machine = system.machines[number]
@@ -98,5 +98,5 @@ def _variable(system: System, link: InputLink, kept: frozenset[int]) -> Iterator
         yield f"{machine.name}.{machine.shared[place - len(variables)].name}"
 
 
-def _listed(names: Iterable[str]) -> str:
+def _format_names(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)

@@ -10,7 +10,7 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.system.program import Program, program_of
 from fsmkit.diagnostics import Findings, fail
-from fsmkit.system.any_file import Model, explored
+from fsmkit.system.any_file import Model, explored_model
 from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, check
@@ -103,7 +103,7 @@ def proved_program(
         raise fail(
             "wrong-option", "proved bounds are for the target `c`", help="compile without them"
         )
-    checked = within or explored(model)
+    checked = within or explored_model(model)
     proof = proved(checked, Findings(), ExplorationOptions(time=time))
     made = program_of(with_bounds(model, proof), target, findings, options)
     return replace(made, files=noted(made.files, proof.assumed))

@@ -575,7 +575,7 @@ def _fatal(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
         decided = property_.kind.decided
         if property_.name not in names or (property_.is_of_steps and closed.zones):
             continue
-        if isinstance(decided, AtStates) and not decided.wanted:
+        if isinstance(decided, AtStates) and not decided.existential:
             found.add(1 + number)
         elif decided is Builtin.DEADLOCK and not closed.is_open:
             found.add(DEADLOCK)

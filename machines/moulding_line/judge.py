@@ -77,7 +77,7 @@ def _judged(closed: ClosedSystem, property_: Property, rows: Sequence[Row]) -> J
         now = tuple(snapshots)
         is_marked = evaluate_property(closed.charts, property_, now)
         if is_of_states and is_marked:
-            return Judged(property_.name, property_.is_wanted, (at - begin) / 1e9)
+            return Judged(property_.name, property_.is_existential, (at - begin) / 1e9)
         if ended is None:
             continue
         if since is not None and at - since > property_.ticks * TICK_NS:
@@ -86,4 +86,4 @@ def _judged(closed: ClosedSystem, property_: Property, rows: Sequence[Row]) -> J
             since = None
         elif is_marked and since is None:
             since = at
-    return Judged(property_.name, holds=not property_.is_wanted)
+    return Judged(property_.name, holds=not property_.is_existential)

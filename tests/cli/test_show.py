@@ -20,7 +20,7 @@ from fsmkit.cli.looking.show import tree_lines
 from fsmkit.diagnostics import Findings
 from fsmkit.plan.lower import lower
 from fsmkit.plan.tree import plan_tree
-from fsmkit.system.any_file import read_written
+from fsmkit.system.any_file import read_sources
 
 BASE = """
     chart: Base
@@ -262,7 +262,7 @@ def test_a_tree_in_a_pipe_is_the_one_that_rich_prints() -> None:
     assert len(charts) > 20
     for path in charts[::3]:
         findings = Findings()
-        written = read_written(path, findings, {})
+        written = read_sources(path, findings, {})
         assert isinstance(written, tuple)
         chart = elaborated(written, findings)
         for tree in (

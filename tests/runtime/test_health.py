@@ -105,6 +105,6 @@ def test_answers_beyond_this_computer_have_no_keys(
     text = "system: s.yaml\nnodes: {a: [one]}\nhealth: {a: 'tcp://10.0.0.1:1'}\n"
     deployment.write_text(text, encoding="utf-8")
     assert execute(["health", str(deployment)]) == 1
-    assert "answers on health have no keys" in capsys.readouterr().err
+    assert "health endpoints have no keys" in capsys.readouterr().err
     deployment.write_text(text + "links: {insecure: true}\n", encoding="utf-8")
     assert execute(["health", str(deployment), "--timeout", "10ms"]) == 1

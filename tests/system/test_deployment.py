@@ -107,7 +107,7 @@ def test_the_hash_is_of_what_crosses_not_of_endpoints(write_pair: Callable[[str]
         ("nodes: {a: [lift], b: [right]}\n", "unknown-name", "no machine `lift`"),
         ("links: {}\nnodes: {a: [left]}\n", "broken-deployment", "needs `system` and `nodes`"),
         ("nodes: {}\n", "broken-deployment", "1 to 8 nodes"),
-        ("nodes: {a b: [left, right]}\n", "broken-deployment", "no name for a node"),
+        ("nodes: {a b: [left, right]}\n", "broken-deployment", "not a valid node name"),
         (WHOLE + "links: {endpoints: {a: 'ipc://x'}}\n", "broken-deployment", "`b` has no"),
         (FAR, "unguarded-endpoint", "`tcp://x:1` is not of this computer only"),
         (FAR.replace("{e", "{insecure: false, e"), "unguarded-endpoint", "`tcp://x:1`"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import fsmkit
-from fsmkit.system.of_one_chart import system_alone
+from fsmkit.system.of_one_chart import system_of_chart
 from fsmkit.system.system import System
 
 WORDS = ("a", "b", "m", "i", "left", "In_", "occurs_", "all_", "x1")
@@ -84,7 +84,7 @@ def test_in_the_properties_of_a_chart(seed: int, tmp_path: Path) -> None:
     states = [state.id for state in found.states[1:]]
     forms = ["In(STATE)", "not In( STATE ) or In(STATE)"]
     path.write_text(text + properties(states, forms))
-    seen = observed(system_alone(fsmkit.read_chart(path)))
+    seen = observed(system_of_chart(fsmkit.read_chart(path)))
     for place, state in enumerate(states):
         number = found.state_index[state]
         for form in range(len(forms)):

@@ -96,7 +96,7 @@ def test_a_chart_has_constants_only(nodes: Path) -> None:
     with pytest.raises(FsmkitError, match="has no constant `M`"):
         fsmkit.read_chart(nodes.with_name("node.yaml"), parameters={"M": 1})
     nodes.write_text(SYSTEM.replace("{N: 3", '{"N-1": 3, N: 3'))
-    with pytest.raises(FsmkitError, match="is no name for a parameter"):
+    with pytest.raises(FsmkitError, match="is not a valid parameter name"):
         fsmkit.read(nodes)
 
 

@@ -343,7 +343,7 @@ WRONG = {
     ),
     "node: {machines: [press], within: 10ms}": ("missing-key", "needs `silent`"),
     "node: {machines: [press], silent: [robot.press_lost], within: soon}": ("", ""),
-    "no name: {machines: [press]}": ("unexpected-shape", "no name for a node"),
+    "no name: {machines: [press]}": ("unexpected-shape", "not a valid node name"),
     "node: {machines: [press], silence: [robot.press_lost]}": ("unknown-key", "silence"),
     "node: press": ("unexpected-shape", ""),
 }

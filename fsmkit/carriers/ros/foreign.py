@@ -40,7 +40,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.suggest import suggest
 from fsmkit.emit import Identifier, plain
 from fsmkit.language import Field, Type
-from fsmkit.system.deployment.addresses import is_insecure_as
+from fsmkit.system.deployment.addresses import read_insecure
 from fsmkit.system.deployment.crossing import Wires
 from fsmkit.system.deployment.event_map import LEVELS, LevelType, MessageType
 from fsmkit.system.machine import EventLink, InputLink, Machine, port_fields
@@ -99,7 +99,7 @@ class _RosNode:
         self.types: dict[tuple[int, str], tuple[RosType, tuple[Identifier, ...]]] = {}
         self.names: set[str] = set()
         self.domain = domain_of(options.get("domain"), findings)
-        self.is_insecure = is_insecure_as(options.get("insecure"), findings)
+        self.is_insecure = read_insecure(options.get("insecure"), findings)
         self.services: list[RosService] = []
         self.lifecycle: dict[str, int] = {}
         way = options.get("way")

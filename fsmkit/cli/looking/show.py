@@ -17,7 +17,7 @@ from fsmkit.cli.common.options import Reading, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.plan.lower import lower
 from fsmkit.plan.tree import plan_document, plan_tree
-from fsmkit.system.any_file import read_written, system_within
+from fsmkit.system.any_file import read_sources, system_within
 from fsmkit.system.system import System
 from fsmkit.system.views.system_tree import system_document, system_tree
 
@@ -43,7 +43,7 @@ def command(file: Path, origin: bool, plan: bool, as_json: bool, reading: Readin
     """
     findings, strict = reading.findings(), reading.strict
     with progress(f"reading {file.name}", is_quiet=as_json):
-        written = read_written(file, findings, {}, strict=strict, parameters=reading.parameters)
+        written = read_sources(file, findings, {}, strict=strict, parameters=reading.parameters)
         if isinstance(written, tuple):
             chart, where = elaborated(written, findings, strict=strict), origins(written)
     report(findings)

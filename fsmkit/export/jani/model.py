@@ -292,9 +292,9 @@ class _Writer(Vocabulary):
                 condition = conjunction((condition, avoided))
             elif claim.form is Form.RECOVERABLE:
                 condition = _compared("≤", condition)
-            is_wanted = claim.form is Form.REACHED
-            values = _compared(">" if is_wanted else "≤", condition)
-            yield _property(of.name, values, of.text + note, some=is_wanted)
+            is_existential = claim.form is Form.REACHED
+            values = _compared(">" if is_existential else "≤", condition)
+            yield _property(of.name, values, of.text + note, some=is_existential)
         name = FORESEEN
         while name in {claim.property.name for claim in found}:
             name += "_"

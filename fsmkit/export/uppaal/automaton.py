@@ -13,7 +13,7 @@ from fsmkit.export.uppaal.terms import refuse
 from fsmkit.language import Literal, Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout
-from fsmkit.system.shared import tries_eventless
+from fsmkit.system.shared import has_data_trigger
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_LOCATIONS = 20_000
@@ -86,7 +86,7 @@ def followed(
     found = Automaton(Paths(closed, machine, constants))
     triggers = [Trigger(Cause.TAKE, event) for event in sorted(queueable)]
     triggers += _possible(closed, machine)
-    if closed.is_open or tries_eventless(closed.system.machines[machine], closed.charts[machine]):
+    if closed.is_open or has_data_trigger(closed.system.machines[machine], closed.charts[machine]):
         triggers.insert(0, Trigger(Cause.EVENTLESS))
     found.start = tuple(found.paths.start())
     waiting: deque[tuple[Key, History]] = deque()

@@ -17,7 +17,7 @@ from fsmkit.export.uppaal.terms import both, refuse, safety
 from fsmkit.language import Expr, Fragment, Variable
 from fsmkit.system.properties.condition import Condition
 from fsmkit.system.properties.property import Builtin, Property
-from fsmkit.system.shared import resting
+from fsmkit.system.shared import resting_states
 
 MANY = 6
 """A state that is active in more locations has a variable of its own."""
@@ -175,7 +175,7 @@ class Queries:
         if not key.running:
             return True
         chart = builder.automaton.paths.chart
-        rests = resting(chart, self.space.closed.system.machines[machine])
+        rests = resting_states(chart, self.space.closed.system.machines[machine])
         return all(s in rests for s in key.configuration if chart.states[s].is_leaf)
 
     def _calm(self, builder: Builder, machine: int, key: Key, here: str) -> str | None:

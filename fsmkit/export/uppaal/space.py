@@ -16,7 +16,7 @@ from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queues import Queue
 from fsmkit.export.uppaal.terms import range_of_type, refuse
 from fsmkit.language.walk import nodes
-from fsmkit.system.properties.kinds.monitor import look_event
+from fsmkit.system.properties.kinds.monitor import sampling_event
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
 
 MOST_SYMBOLS = 2**15
@@ -213,7 +213,7 @@ class Space:
             for node in nodes((chart.states, chart.transitions, chart.script))
             if isinstance(node, Send) and node.destination is Destination.SELF
         }
-        look = look_event(chart) if self.closed.system.machines[machine].is_monitor else None
+        look = sampling_event(chart) if self.closed.system.machines[machine].is_monitor else None
         return frozenset(found if look is None else {*found, look})
 
     def declare_queues(self, stopping: set[int]) -> None:
@@ -226,7 +226,7 @@ class Space:
             take = self.names.take
             numbers = {event: take(f"{own}_{chart.events[event].name}") for event in events}
             is_monitor = self.closed.system.machines[machine].is_monitor
-            look = look_event(chart) if is_monitor else None
+            look = sampling_event(chart) if is_monitor else None
             self.queues[machine] = Queue(
                 own,
                 take(f"{own}_length"),

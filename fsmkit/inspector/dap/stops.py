@@ -125,7 +125,7 @@ class Stops:
                 breaks = [
                     {"on": "property", "what": each.name}
                     for each in state_properties(self.face.hub.system)
-                    if not each.is_wanted
+                    if not each.is_existential
                 ]
             elif name != "fault":  # at faults the hub stops by itself
                 breaks = [{"on": name}]

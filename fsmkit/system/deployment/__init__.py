@@ -1,1 +1,1 @@
-"""Deployments: which machine of a system runs on which node, and what joins the nodes."""
+"""Deployments: the node of each machine of a system, and the links between nodes."""

@@ -1,4 +1,4 @@
-"""Endpoints at which nodes publish, and answer how they are: their forms, and what guards them."""
+"""Validate the endpoints at which nodes publish and report their health, and their protection."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ _TCP = re.compile(r"(?:[^;]*;)?(?P<host>\[[0-9A-Fa-f:.]+(?:%\w+)?\]|[^:\[\]/]+)(
 
 @dataclass(frozen=True, slots=True)
 class Rejection:
-    """Why other nodes cannot reach an endpoint, and how to correct it."""
+    """The reason why other nodes cannot reach an endpoint, and the correction."""
 
     why: str
     fix: str
 
 
 def rejection_of(endpoint: str) -> Rejection | None:
-    """Return why no node can connect to an endpoint, by its text; None if it has a valid form."""
+    """Return the reason why no node can connect to an endpoint; None if it is valid."""
     if not endpoint or any(not each.isprintable() or each.isspace() for each in endpoint):
-        return Rejection("has blanks or no characters", "write such as `tcp://127.0.0.1:5571`")
+        return Rejection("is empty or contains blanks", "write it as in `tcp://127.0.0.1:5571`")
     if len(endpoint.encode(errors="replace")) > MOST:
         return Rejection(f"has more than {MOST} bytes", "write a shorter endpoint")
     scheme, separator, rest = endpoint.partition("://")
@@ -58,18 +58,20 @@ def _tcp_rejection(rest: str) -> Rejection | None:
     found = _TCP.fullmatch(rest)
     if found is None:
         return Rejection(
-            "has no form `tcp://HOST:PORT`",
-            "write such as `tcp://192.168.1.10:5571`, and IPv6 as `tcp://[::1]:5571`",
+            "does not have the form `tcp://HOST:PORT`",
+            "write it as in `tcp://192.168.1.10:5571`, and IPv6 as in `tcp://[::1]:5571`",
         )
     host, port = found["host"], found["port"]
     if host == "*":
         fix = "write the address by which other nodes reach it; bind to all by the option `bind`"
-        return Rejection("is no address to which other nodes can connect", fix)
+        return Rejection("is not an address to which other nodes can connect", fix)
     if not port:
-        return Rejection("has no port", f"write such as `tcp://{host}:5571`")
+        return Rejection("has no port", f"write it as in `tcp://{host}:5571`")
     is_number = port.isascii() and port.isdecimal() and len(port) <= len(str(MOST_PORT))
     if not is_number or not 1 <= int(port) <= MOST_PORT:
-        return Rejection(f"has no port from 1 to {MOST_PORT}", f"write such as `tcp://{host}:5571`")
+        return Rejection(
+            f"has no port from 1 to {MOST_PORT}", f"write it as in `tcp://{host}:5571`"
+        )
     return None
 
 
@@ -81,17 +83,18 @@ _LOOPBACK = re.compile(
 
 
 def is_loopback(endpoint: str) -> bool:
-    """Whether an endpoint is of this computer only, by its text; the library in C has the same.
+    """Whether an endpoint is local to this computer, by its text. The C library has the same rule.
 
-    ``ipc`` and ``inproc`` are; of ``tcp`` an address of 127.0.0.0/8 in four numbers (RFC 1122,
-    3.2.1.3), ``localhost`` (RFC 6761, 6.3) and ``[::1]``. A wildcard, an interface, another name or
-    an address with a source is taken for one that is not.
+    ``ipc`` and ``inproc`` are. For ``tcp``, an address of 127.0.0.0/8 in four numbers (RFC 1122,
+    3.2.1.3), ``localhost`` (RFC 6761, 6.3) and ``[::1]`` are. A wildcard, an interface, another
+    name
+    and an address with a source count as remote.
     """
     return _LOOPBACK.fullmatch(endpoint) is not None
 
 
-def is_insecure_as(text: Text | None, findings: Findings) -> bool:
-    """Return whether what is beyond this computer may be reached without keys."""
+def read_insecure(text: Text | None, findings: Findings) -> bool:
+    """Return whether remote endpoints may be used without keys."""
     if text is not None and text.value not in ("true", "false"):
         findings.add("unexpected-value", "`insecure` is `true` or `false`", text)
     return text is not None and text.value == "true"
@@ -105,9 +108,9 @@ def endpoints_of(
     *,
     is_guarded: bool,
 ) -> tuple[str, ...]:
-    """Return where each node publishes, "" for one that is foreign.
+    """Return the endpoint of each node, "" for a foreign one.
 
-    Without a guard only within this computer.
+    Without ``is_guarded``, remote endpoints are reported.
     """
     found = _addresses(node, "endpoints", own, findings, None if is_guarded else KEYLESS)
     if node is None:
@@ -131,7 +134,7 @@ def health_of(
     *,
     is_guarded: bool,
 ) -> tuple[str, ...]:
-    """Return where each node answers how it is; not each must."""
+    """Return the health endpoint of each node, "" for nodes without one."""
     found = _addresses(node, "health", own, findings, None if is_guarded else LOCAL)
     return tuple(found.get(name, "") for name in nodes) if found else ()
 
@@ -141,7 +144,7 @@ KEYLESS = (
     "name a folder of keys with `curve: keys`, or write `insecure: true`",
 )
 LOCAL = (
-    "answers on health have no keys",
+    "health endpoints have no keys",
     "name an address of 127.0.0.1, to be reached by a tunnel, or write `insecure: true` in `links`",
 )
 
@@ -153,7 +156,7 @@ def _addresses(
     findings: Findings,
     beyond: tuple[str, str] | None,
 ) -> dict[str, str]:
-    """Return endpoints by node; ``beyond``: why none may be of others, and the way out."""
+    """Return endpoints by node; ``beyond``: why a remote one is not allowed, and the fix."""
     mapping = require_mapping(node, f"`{key}`", findings)
     if mapping is None:
         return {}

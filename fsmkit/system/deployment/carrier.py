@@ -1,7 +1,7 @@
-"""Carriers: what joins the nodes of a deployment, found as plug-ins.
+"""Protocols of carriers: plug-ins that connect the nodes of a deployment.
 
 A carrier reads its part of a deployment: a `Network` for the links between nodes of fsmkit, and a
-`ForeignNetwork` for each foreign node. Only the carrier knows what is in them.
+`ForeignNetwork` for each foreign node. Only the carrier interprets them.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ DEFAULT = "zeromq"
 
 @dataclass(frozen=True)
 class ForeignNode:
-    """A node whose programs know nothing of fsmkit: its machines are models of them.
+    """A node whose programs do not use fsmkit: its machines are models of these programs.
 
-    ``options``: what `links: {foreign: ...}` says of it, by the keys of its kind.
+    ``options``: its entry in `links: {foreign: ...}`, by the keys of its kind.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class ForeignNode:
 
 @dataclass(frozen=True)
 class DeploymentRequest:
-    """What a carrier reads its part of a deployment from."""
+    """The input of a carrier that reads its part of a deployment."""
 
     system: System
     """Without the models of its connections."""
@@ -63,16 +63,16 @@ class DeploymentRequest:
 
     @property
     def map(self) -> EventMap:
-        """What crosses the nodes."""
+        """The event map of the deployment."""
         return self.wires.map
 
     def machines_of(self, place: int) -> tuple[int, ...]:
-        """Return the machines of a node, by their numbers in the system."""
+        """Return the numbers of the machines on a node."""
         return tuple(number for number, node in enumerate(self.placed) if node == place)
 
 
 class Network(Protocol):
-    """What joins the nodes of fsmkit, as its carrier has read it."""
+    """The network between nodes of fsmkit, as its carrier read it."""
 
     @property
     def carrier(self) -> str:
@@ -99,13 +99,13 @@ class Carrier(Protocol):
     """Those that links need, each with an example of a value."""
 
     def read(self, request: DeploymentRequest, findings: Findings) -> Network | None:
-        """Return what joins the nodes; None if links need nothing more, or after an error."""
+        """Return the network between the nodes; None if links need none, or after an error."""
         ...
 
 
 @runtime_checkable
 class ForeignCarrier(Protocol):
-    """Joins nodes with foreign ones: a plug-in. A `TranslatorKind` of the same name opens it."""
+    """Connects nodes with foreign ones: a plug-in. A `TranslatorKind` of the same name opens it."""
 
     name: str
     """The kind, as `{foreign: ...}` of a node names it."""
@@ -115,16 +115,16 @@ class ForeignCarrier(Protocol):
     def read_foreign(
         self, place: int, request: DeploymentRequest, network: Network | None, findings: Findings
     ) -> ForeignNetwork | None:
-        """Return what joins a foreign node, by its place; None if it has nothing, or an error.
+        """Return the network of a foreign node, by index; None without one, or after an error.
 
-        ``network``: what joins the nodes of fsmkit, by whatever carrier.
+        ``network``: the network between the nodes of fsmkit, of any carrier.
         """
         ...
 
 
 @runtime_checkable
 class Delaying(Protocol):
-    """Knows how late events may come over a carrier: a plug-in that is a carrier, too."""
+    """Computes the maximum latency of events: a plug-in that is a carrier, too."""
 
     name: str
 
@@ -137,7 +137,7 @@ class Delaying(Protocol):
     ) -> Iterable[Latency]:
         """Yield the latencies of connections, which `check` adds to the system.
 
-        ``foreign``: what `ForeignCarrier.read_foreign` of the plug-in has returned, by place.
+        ``foreign``: the results of `ForeignCarrier.read_foreign` of the plug-in, by node.
         """
         ...
 
@@ -148,5 +148,5 @@ def link_carriers() -> dict[str, Carrier]:
 
 
 def foreign_carriers() -> dict[str, ForeignCarrier]:
-    """Return the carriers that join foreign nodes, by name."""
+    """Return the carriers that connect foreign nodes, by name."""
     return {found.name: found for found in plugins(ForeignCarrier)}

@@ -1,4 +1,4 @@
-"""The event map of a system and a placement of its machines; nothing of it is written by hand."""
+"""Compute the event map of a system and a placement of its machines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Wire = TypeVar("Wire", EventLink, InputLink)
 
 @dataclass(frozen=True)
 class Wires:
-    """The event map, with the connection that each message and each level stands for."""
+    """The event map, with the connection of each message and each level."""
 
     map: EventMap
     events: tuple[EventLink, ...]
@@ -35,7 +35,7 @@ def wires_of(
     is_insecure: bool = False,
     foreign: tuple[str, ...] = (),
 ) -> Wires:
-    """Return what crosses the nodes; ``placed[machine]`` is its node, None for no node."""
+    """Return the connections that cross nodes; ``placed[machine]`` is its node, or None."""
     events = tuple(_crossing(system.event_links, placed))
     inputs = tuple(_crossing(system.input_links, placed))
     messages = tuple(
@@ -64,7 +64,7 @@ def _event(system: System, link: EventLink) -> Event:
 
 
 def _fields(system: System, link: EventLink) -> tuple[Field, ...]:
-    """Return names of the receiver, types of the sender: the values that can come."""
+    """Return the receiver's names with the sender's types: the range of values that can arrive."""
     sent = port_fields(system.machines[link.source].chart, link.port)
     wanted = _event(system, link).fields
     return tuple(

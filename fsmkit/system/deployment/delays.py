@@ -1,4 +1,4 @@
-"""How late events of connections come over a carrier, and the system that waits as long."""
+"""Maximum latencies of connections over a carrier, and the system with these delays."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def connection_of(system: System, link: EventLink) -> Connection:
 
 
 def with_delays(system: System, latency: Latency) -> System:
-    """Return a system in which events travel as long as a carrier may take.
+    """Return a system in which events may take as long as the carrier's latencies.
 
-    Connections that hold, delay or lose messages already are left as they are.
+    Connections that buffer, delay or lose messages already are not changed.
     """
     links: list[EventLink] = []
     added: list[Machine] = []

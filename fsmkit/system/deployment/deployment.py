@@ -1,7 +1,7 @@
-"""Reads deployments: which machine of a system runs on which node, and what joins the nodes.
+"""Read deployments: the node of each machine of a system, and the links between nodes.
 
 ``system: ring.yaml``, ``nodes: {a: [feeder, molder], b: [extractor]}``, ``links: {...}``. A node of
-the form ``{machines: [heater], foreign: KIND}`` stands for programs that know nothing of fsmkit.
+the form ``{machines: [heater], foreign: KIND}`` represents programs that do not use fsmkit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fsmkit.system.channels import without_channels
 from fsmkit.system.deployment.addresses import (
     endpoints_of,
     health_of,
-    is_insecure_as,
+    read_insecure,
 )
 from fsmkit.system.deployment.carrier import (
     DEFAULT,
@@ -52,7 +52,7 @@ from fsmkit.yaml.nodes import Node, require_record, require_text
 
 @dataclass(frozen=True)
 class Deployment:
-    """A system spread over nodes. ``placed[machine]``: the node; None for the environment's."""
+    """A system distributed over nodes. ``placed[machine]``: its node; None in the environment."""
 
     written: System
     """What is explored: as its file has it, with the latencies of its carriers."""
@@ -89,16 +89,16 @@ class Deployment:
 
     @property
     def own_nodes(self) -> tuple[int, ...]:
-        """The nodes that run machines of fsmkit, by their places."""
+        """The indices of the nodes that run machines of fsmkit."""
         return self.map.own_nodes
 
     @property
     def map(self) -> EventMap:
-        """What crosses the nodes."""
+        """The event map of the deployment."""
         return self.wires.map
 
     def machines_of(self, place: int) -> tuple[int, ...]:
-        """Return the machines of a node, by their numbers in the system."""
+        """Return the numbers of the machines on a node."""
         return tuple(number for number, node in enumerate(self.placed) if node == place)
 
     def part(self, place: int) -> System:
@@ -118,7 +118,7 @@ def deployment_of(
 ) -> Deployment | None:
     """Read a deployment; paths in it are relative to ``folder``. Mind the findings.
 
-    ``replacing``, ``strict``, ``parameters``: as of `fsmkit.system.any_file.read`.
+    ``replacing``, ``strict``, ``parameters``: as for `fsmkit.system.any_file.read`.
     """
     parts = require_record(root, keys.DEPLOYMENT, "a deployment", findings, keys.BELONGS)
     if root is None or parts is None:
@@ -144,7 +144,7 @@ def deployment_of(
     report_foreign_pairs(system, nodes, placed, foreign, findings)
     own = tuple(name for name, kind in zip(nodes, foreign, strict=True) if kind is None)
     carrier, texts = _carrier_of(options, own, findings)
-    is_insecure = is_insecure_as(
+    is_insecure = read_insecure(
         require_text(options.get("insecure"), "`insecure`", findings), findings
     )
     if is_insecure and "curve" in options:
@@ -153,7 +153,7 @@ def deployment_of(
             "with `curve` the links have keys: `insecure: true` has no meaning",
             options["insecure"].span,
             secondary=[(options["curve"].span, "here")],
-            help="leave one of them out",
+            help="remove one of them",
         )
     is_guarded = is_insecure or "curve" in options
     endpoints = endpoints_of(options.get("endpoints"), nodes, own, findings, is_guarded=is_guarded)
@@ -209,7 +209,7 @@ def deployment_of(
 def _foreign_networks(
     request: DeploymentRequest, network: Network | None, findings: Findings
 ) -> Iterator[tuple[str, dict[int, ForeignNetwork]]]:
-    """Yield what joins the foreign nodes of each carrier by their places, and no node for links."""
+    """Yield the foreign networks of each carrier by node, and its fault in place of a link."""
     carriers = foreign_carriers()
     kinds = {kind.kind for kind in request.foreign if kind is not None}
     for name in sorted(kinds | ({network.carrier} if network is not None else set())):
@@ -223,14 +223,14 @@ def _foreign_networks(
 
 
 def tick_of(system: System) -> int:
-    """Return the microseconds in a tick of a system; all its machines count alike."""
+    """Return the tick of a system in microseconds; it is the same for all machines."""
     return system.machines[0].chart.capacities.tick
 
 
 def _carrier_of(
     options: Mapping[str, Node], own: tuple[str, ...], findings: Findings
 ) -> tuple[Carrier | None, dict[str, Text]]:
-    """Return what carries the frames between the nodes, and what `links` says by its keys.
+    """Return the carrier of the links between nodes, and its options in `links`.
 
     None after an error.
     """
@@ -284,7 +284,7 @@ def _carrier_of(
 
 
 def _tables(options: Mapping[str, Node], carrier: Carrier) -> dict[str, Node]:
-    """Return what `links` says by keys of a carrier that no text holds."""
+    """Return the options of a carrier in `links` that are not strings."""
     rows = carrier.link_keys.values()
     return {r.name: options[r.name] for r in rows if r.form in NESTED and r.name in options}
 
@@ -295,7 +295,7 @@ EXAMPLE = "write `system: cell.yaml` and `nodes: {a: [feeder, molder], b: [extra
 def _is_possible(
     system: System, placed: tuple[int | None, ...], file: Text, findings: Findings
 ) -> bool:
-    """Say what of the connections of the nodes cannot be written in C."""
+    """Report connections between nodes that C cannot express; return whether all can."""
     own = Findings()
     if report_limits(_without_environment(system, placed), own):
         return True
@@ -304,7 +304,7 @@ def _is_possible(
         "broken-deployment",
         f"`{system.name}` cannot be spread over nodes: see the warnings",
         file,
-        help="do what they say",
+        help="follow the warnings",
     )
     return False
 
@@ -322,7 +322,7 @@ def _without_environment(system: System, placed: tuple[int | None, ...]) -> Syst
 
 
 def _period(request: DeploymentRequest) -> int | None:
-    """Return the microseconds from cycle to cycle of the nodes; None where nothing says it."""
+    """Return the cycle time of the nodes in microseconds; None if it is not specified."""
     if "period" in request.options:
         return read_duration(request.options["period"], Scope(tick=1), Findings())  # reported there
     return request.cycle
@@ -336,7 +336,7 @@ def _report_freezes(
     watchdog: int,
     findings: Findings,
 ) -> None:
-    """Report nodes that freeze in the system in another way than this deployment lets them.
+    """Report nodes whose freezes in the system differ from this deployment.
 
     ``watchdog``: milliseconds in which a node that hangs may still send.
     """

@@ -1,4 +1,4 @@
-"""The event map of a deployment: the nodes, and every message and level that crosses them."""
+"""The event map of a deployment: its nodes, and every message and level that crosses them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEVELS = 0
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """One end of a connection: a machine and what leaves or enters it."""
+    """One end of a connection: a machine and its port."""
 
     machine: str
     name: str
@@ -35,10 +35,10 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class MessageType:
-    """A connection of events that crosses nodes.
+    """A connection of events between nodes.
 
     ``fields`` have the names of the receiver and the types of the sender; ``sender`` and
-    ``receiver`` are places among the nodes.
+    ``receiver`` are indices of nodes.
     """
 
     number: int
@@ -51,13 +51,13 @@ class MessageType:
     @property
     @telling
     def name(self) -> str:
-        """The connection as the system file has it."""
+        """The connection in the notation of the system file."""
         return f"{self.source} -> {self.target}"
 
 
 @dataclass(frozen=True, slots=True)
 class LevelType:
-    """An output that is wired to an input on another node."""
+    """An output that is connected to an input on another node."""
 
     sender: int
     receiver: int
@@ -68,13 +68,13 @@ class LevelType:
     @property
     @telling
     def name(self) -> str:
-        """The connection as the system file has it."""
+        """The connection in the notation of the system file."""
         return f"{self.source} -> {self.target}"
 
 
 @dataclass(frozen=True)
 class EventMap:
-    """What crosses the nodes of a deployment. Two programs understand each other by its hash."""
+    """The messages and levels between nodes. Programs are compatible if the hashes are equal."""
 
     system: str
     nodes: tuple[str, ...]
@@ -92,7 +92,7 @@ class EventMap:
 
     @property
     def own_nodes(self) -> tuple[int, ...]:
-        """The nodes that run machines of fsmkit, and speak in frames."""
+        """The nodes that run machines of fsmkit, and exchange frames."""
         return tuple(n for n in range(len(self.nodes)) if not (self.foreign and self.foreign[n]))
 
     @cached_property
@@ -111,13 +111,13 @@ class EventMap:
         return tuple(level for level in self.levels if level.sender == node)
 
     def node(self, name: str) -> int:
-        """Return the place of a node; `ValueError` where there is none of that name."""
+        """Return the index of the node of that name. Raises `ValueError` for an unknown name."""
         if name not in self.nodes:
             raise ValueError(f"there is no node `{name}`, only {', '.join(self.nodes)}")
         return self.nodes.index(name)
 
     def message(self, name: str, /, **payload: object) -> Message:
-        """Return a message, its payload as Python writes it; `ValueError` for what it cannot be."""
+        """Return a message with these Python values. Raises `ValueError` if they do not fit."""
         if name not in self.by_name:
             raise ValueError(f"no message `{name}` crosses nodes")
         type_ = self.by_name[name]
@@ -154,7 +154,7 @@ class EventMap:
         }
 
     def as_json(self) -> str:
-        """Return the map as text, to be read back by `from_json`."""
+        """Return the map as JSON, which `from_json` reads back."""
         shape = {
             **self._shape(),
             "endpoints": list(self.endpoints),
@@ -166,7 +166,7 @@ class EventMap:
 
     @staticmethod
     def from_json(text: str) -> EventMap:
-        """Return the map of a text; `ValueError` for what is none or was changed."""
+        """Parse a map. Raises `ValueError` if it is not a map, or if its hash does not match."""
         try:
             found = parse_json(text)
             nodes = tuple(str(name) for name in found["nodes"])
@@ -197,9 +197,9 @@ class EventMap:
             )
             is_whole = f"{made.hash:08x}" == found["hash"]
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
-            raise ValueError(f"this is no event map: {error!r}") from error
+            raise ValueError(f"this is not an event map: {error!r}") from error
         if not is_whole:
-            raise ValueError("this event map was changed: its hash is another")
+            raise ValueError("this event map was changed: its hash does not match")
         return made
 
 
@@ -213,22 +213,22 @@ class Message:
     @property
     @telling
     def name(self) -> str:
-        """The connection as the system file has it."""
+        """The connection in the notation of the system file."""
         return self.type.name
 
     @property
     def machine(self) -> str:
-        """The machine that is to receive an event."""
+        """The machine that receives the event."""
         return self.type.target.machine
 
     @property
     def event(self) -> str:
-        """The event that it is to receive."""
+        """The received event."""
         return self.type.target.name
 
     @property
     def payload(self) -> dict[str, object]:
-        """The values by the receiver's names, as Python writes them."""
+        """The values by the receiver's names, as Python values."""
         return {
             part.name: to_python(value, part.type)
             for part, value in zip(self.type.fields, self.values, strict=True)
@@ -240,7 +240,7 @@ def _fields(fields: tuple[lang.Field, ...]) -> list[dict[str, Any]]:
 
 
 def type_as_json(type_: lang.Type) -> dict[str, Any]:
-    """Return a scalar type; `ValueError` for one that does not cross nodes."""
+    """Return the JSON of a scalar type. Raises `ValueError` for other types."""
     match type_:
         case lang.BoolType():
             return {"kind": "bool"}

@@ -1,4 +1,4 @@
-"""The keys of deployments: those of all carriers, and those of each."""
+"""The keys of deployment files: those common to all carriers, and those of each carrier."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which machine of a system runs on which node, and which nodes are foreign."""
+"""Assign the machines of a system to nodes, and find the foreign nodes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_NODES = 8
 def placed_machines(
     node: Node, system: System, findings: Findings
 ) -> tuple[tuple[str, ...], tuple[int | None, ...], tuple[ForeignNode | None, ...]] | None:
-    """Return the nodes, for each machine its node, and which nodes are foreign."""
+    """Return the nodes, the node of each machine, and the foreign nodes."""
     mapping = require_mapping(node, "`nodes`", findings)
     if mapping is None:
         return None
@@ -40,7 +40,7 @@ def placed_machines(
         if not name.value.isidentifier():
             findings.add(
                 "broken-deployment",
-                f"`{name}` is no name for a node",
+                f"`{name}` is not a valid node name",
                 name,
                 help="use letters, digits and `_`",
             )
@@ -86,7 +86,7 @@ def placed_machines(
 
 
 def _node_of(name: Text, value: Node, findings: Findings) -> tuple[Node | None, ForeignNode | None]:
-    """Return the list of the machines of a node, and what it is if it is foreign."""
+    """Return the list of the machines of a node, and its foreign kind if it has one."""
     if not isinstance(value, Entries):
         return value, None
     parts = require_record(value, node_keys(), f"the node `{name}`", findings) or {}
@@ -141,7 +141,7 @@ def report_foreign_pairs(
     foreign: tuple[ForeignNode | None, ...],
     findings: Findings,
 ) -> None:
-    """Report connections between two foreign nodes: nothing of fsmkit would carry them."""
+    """Report connections between two foreign nodes, which no link of fsmkit carries."""
     pairs = {(link.source, link.target): None for link in system.event_links}
     pairs |= {(link.source, link.target): None for link in system.input_links}
     for source, target in pairs:
@@ -161,7 +161,7 @@ def report_foreign_pairs(
 
 
 def _machines(text: Text, system: System, findings: Findings) -> list[int]:
-    """Return the numbers of a machine, or of all elements of an array of that name."""
+    """Return the number of a machine, or the numbers of all elements of an array of that name."""
     name = text.value.replace(" ", "")
     found = [
         index

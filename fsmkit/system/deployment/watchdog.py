@@ -1,4 +1,4 @@
-"""When a node whose loop hangs falls silent."""
+"""Read the watchdog of nodes: a node whose loop hangs stops sending."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ LEAST_WATCHDOG, MOST_WATCHDOG = 4, 60_000
 
 
 def watchdog_of(node: Node | None, period: int | None, findings: Findings) -> int:
-    """Return the milliseconds after its last cycle in which a node that hangs falls silent.
+    """Return the milliseconds after its last cycle in which a hanging node stops sending.
 
-    ``period``: of the loops in microseconds. A watch is sure of cycles up to half its bound apart.
+    ``period``: of the loops in microseconds. A watchdog accepts cycles up to half its time
+    apart.
     """
     text = require_text(node, "`watchdog`", findings)
     if text is None:

@@ -1,5 +1,5 @@
-"""What must hold of a system: ``properties:`` of its file goes in, a `Property` each comes out.
+"""Read ``properties:`` of a system file as a list of `Property`.
 
-A kind of property is one file in ``kinds``, found by looking: its key, its form, how it is decided
-and what its verdict means. From here on no engine and no exporter needs its name, only that.
+A kind of property is one file in ``kinds``, found by looking: its key, its form, its decision
+procedure and the meaning of its verdict. Engines and exporters use these, and never its name.
 """

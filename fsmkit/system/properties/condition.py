@@ -1,4 +1,4 @@
-"""Conditions over a system: a typed expression, and what its names stand for."""
+"""Conditions over a system: a typed expression, and the meaning of its names."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from fsmkit.language import Expr
 
 @dataclass(frozen=True, slots=True)
 class Atom:
-    """What a name in a condition means: a state (``state``) or a variable of a machine.
+    """The meaning of a name in a condition: a state (``state``) or a variable of a machine.
 
-    ``event``: whether the machine takes this event in the step that is evaluated.
+    ``event``: whether the machine takes this event in the evaluated step.
     """
 
     machine: int
@@ -22,7 +22,7 @@ class Atom:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A condition, typed, and what its variables stand for."""
+    """A typed condition, and the meaning of its variables."""
 
     expression: Expr
     atoms: tuple[tuple[str, Atom], ...]

@@ -1,4 +1,4 @@
-"""A property: a kind, its conditions, and how properties of that kind are decided."""
+"""A property: a kind, its conditions, and the decision procedure of the kind."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class PropertyContext(Protocol):
-    """What a kind with a form of its own is read with (`fsmkit.system.properties.reading`)."""
+    """The context for reading a kind's own form (`fsmkit.system.properties.reading`)."""
 
     machines: tuple[Machine, ...]
     folder: Path
@@ -37,21 +37,21 @@ class PropertyContext(Protocol):
 class AtStates:
     """Decided by whether some state (with `occurs`: some step) is ever marked.
 
-    ``negated``: the states where the condition does not hold are marked. ``wanted``: a mark shows
-    that the property holds, not that it is violated.
+    ``negated``: the states where the condition does not hold are marked. ``existential``: a mark
+    proves the property instead of violating it.
     """
 
     negated: bool = False
-    wanted: bool = False
+    existential: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class OverGraph:
-    """Decided over the graph of all states, where the conditions are marked, by a procedure.
+    """Decided by a procedure over the graph of all states, in which the conditions are marked.
 
     ``procedure`` names the option of the explorer (``core/main.c``) and the function of the oracle
-    (`verify.engines.python.temporal`). ``is_timed``: it measures time, against the duration.
-    ``is_fair``: only fair runs count. ``violation`` says what the end of a counterexample means.
+    (`verify.engines.python.temporal`). ``is_timed``: it compares times with the duration.
+    ``is_fair``: only fair runs count. ``violation`` is the text at the end of a counterexample.
     """
 
     procedure: str
@@ -61,14 +61,14 @@ class OverGraph:
 
 
 class Builtin(Enum):
-    """Decided of every system, whether listed or not."""
+    """Decided for every system, whether listed or not."""
 
     DEADLOCK = "deadlock"
     LIVELOCK = "livelock"
 
 
 class Part(Enum):
-    """A part of what is written behind the key of a kind."""
+    """A part of the value of a kind's key."""
 
     CONDITION = "condition"
     DURATION = "duration"
@@ -78,10 +78,11 @@ class Part(Enum):
 class Kind:
     """A kind of property.
 
-    ``form``: the parts behind its ``key``, several of them as a list. ``read`` reads another form;
-    it gets the name, the node of the property and a `PropertyContext`, and returns None after a
-    finding. ``refuted`` says of a property that it is violated. ``is_local``: where a chart says
-    it of itself, it is evaluated again for each machine of a system that runs the chart.
+    ``form``: the parts under its ``key``, several of them as a list. ``read`` reads another form
+    from the name, the node of the property and a `PropertyContext`; it returns None after a
+    finding.
+    ``refuted`` is the text for a violated property. ``is_local``: in a chart, it is evaluated again
+    for each machine of a system that runs the chart.
     """
 
     key: str
@@ -95,7 +96,7 @@ class Kind:
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """Something that shall hold. ``goal`` is the second condition of those that have two.
+    """A required property. ``goal`` is the second condition of kinds that have two.
 
     The variables of the condition are the names in ``atoms``, or, for the invariant of a state,
     those of the machine that is its ``owner``.
@@ -126,22 +127,22 @@ class Property:
         return isinstance(self.kind.decided, AtStates) and self.kind.decided.negated
 
     @property
-    def is_wanted(self) -> bool:
-        """Whether a mark shows that this holds."""
-        return isinstance(self.kind.decided, AtStates) and self.kind.decided.wanted
+    def is_existential(self) -> bool:
+        """Whether a mark proves the property."""
+        return isinstance(self.kind.decided, AtStates) and self.kind.decided.existential
 
 
 # --- what an exploration marks --------------------------------------------------------------------
 
 
-def asked_events(properties: tuple[Property, ...]) -> tuple[tuple[int, int], ...]:
-    """Return the events, by machine and number, whose occurrence some property depends on."""
+def observed_events(properties: tuple[Property, ...]) -> tuple[tuple[int, int], ...]:
+    """Return the events, by machine and number, whose occurrence a property depends on."""
     atoms = (atom for property_ in properties for _, atom in property_.atoms)
     return tuple(sorted({(a.machine, a.event) for a in atoms if a.event is not None}))
 
 
 def evaluated(properties: tuple[Property, ...]) -> tuple[Property, ...]:
-    """Return what states are marked for, in the order of the marks: properties, then goals."""
+    """Return the conditions to mark, in the order of the marks: properties, then goals."""
     goals = (
         replace(p, condition=p.goal.expression, atoms=p.goal.atoms)
         for p in properties
@@ -153,7 +154,7 @@ def evaluated(properties: tuple[Property, ...]) -> tuple[Property, ...]:
 def temporal_properties(
     properties: tuple[Property, ...], *, untimed: bool = False
 ) -> tuple[int, ...]:
-    """Return the numbers of the properties that the graph decides; untimed: no times."""
+    """Return the numbers of the properties that the graph decides; untimed: without timed ones."""
     decided = ((number, p.kind.decided) for number, p in enumerate(properties))
     return tuple(
         number
@@ -163,5 +164,5 @@ def temporal_properties(
 
 
 def goal_place(properties: tuple[Property, ...], index: int) -> int:
-    """Return the place of the goal of a property among what is marked."""
+    """Return the index of the goal of a property among the marks."""
     return len(properties) + sum(p.goal is not None for p in properties[:index])

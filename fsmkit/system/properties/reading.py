@@ -1,4 +1,4 @@
-"""Reads ``properties:`` of a system file."""
+"""Read ``properties:`` of a system file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.diagnostics.suggest import suggest_key
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.system.conditions import constants_of, read_condition, read_expression
-from fsmkit.system.indices import unquantified
+from fsmkit.system.indices import expand_quantifiers
 from fsmkit.system.machine import Machine, Monitor
 from fsmkit.system.properties.condition import Condition
 from fsmkit.system.properties.kinds import kinds
@@ -21,9 +21,9 @@ from fsmkit.yaml import nodes
 
 @dataclass(slots=True)
 class Reading:
-    """What the properties of a system are read with; ``monitors``: the machines they add to it.
+    """The context for reading properties; ``monitors``: receives the machines that they add.
 
-    ``own``: the machine in whose chart they stand, so that names need no machine.
+    ``own``: the machine whose chart has the properties, so that names need no machine.
     """
 
     machines: tuple[Machine, ...]
@@ -34,7 +34,7 @@ class Reading:
     own: int | None = None
 
     def properties(self, node: nodes.Node | None) -> Iterator[Property]:
-        """Yield the properties that can be read, in their order."""
+        """Yield the readable properties, in their order."""
         for name, value in nodes.entries_of(node, "`properties`", self.findings):
             if (found := self._property(name, value)) is not None:
                 yield found
@@ -56,13 +56,13 @@ class Reading:
         mapping = nodes.require_mapping(node, f"the property `{name}`", self.findings)
         if mapping is None:
             return None
-        own = self._with_own_form(mapping)
+        own = self._kind_with_form(mapping)
         if own is not None and own.read is not None:
             return own.read(name, mapping, self)
         if len(mapping.entries) != 1:
             self.findings.add(
                 "unexpected-shape",
-                f"the property `{name}` must be one kind with its condition",
+                f"the property `{name}` must have one kind with its condition",
                 node.span,
                 help="for instance `{never: feeder.In(pushing) and not plant.door_closed}`",
             )
@@ -71,12 +71,12 @@ class Reading:
         kind = self._kind(key)
         return None if kind is None else self._of_form(name, kind, value)
 
-    def _with_own_form(self, mapping: nodes.Mapping) -> Kind | None:
+    def _kind_with_form(self, mapping: nodes.Mapping) -> Kind | None:
         found = (kinds().get(key.value) for key, _ in mapping.entries)
         return next((kind for kind in found if kind is not None and kind.read is not None), None)
 
     def _of_form(self, name: Text, kind: Kind, node: nodes.Node) -> Property | None:
-        """Read the parts of a property, one by itself or several in a list."""
+        """Read the parts of a property, one alone or several in a list."""
         parts: tuple[nodes.Node, ...] | None = (node,)[: len(kind.form)]
         if len(kind.form) > 1:
             parts = node.items if isinstance(node, nodes.Sequence) else None
@@ -107,7 +107,7 @@ class Reading:
         return Property(
             name.value,
             kind,
-            written(node),
+            property_source(node),
             conditions[0].expression if conditions else None,
             conditions[0].atoms if conditions else (),
             goal=conditions[1] if len(conditions) > 1 else None,
@@ -116,10 +116,10 @@ class Reading:
         )
 
     def condition(self, name: Text, node: nodes.Node) -> Condition | None:
-        """Read a condition of the property of that name; None after a finding."""
+        """Parse a condition of the property of that name; None after a finding."""
         text = nodes.require_text(node, f"the condition of `{name}`", self.findings)
         machines, findings = self.machines, self.findings
-        written_out = None if text is None else unquantified(text, machines, findings)
+        written_out = None if text is None else expand_quantifiers(text, machines, findings)
         if written_out is None or self.own is None:
             return None if written_out is None else read_condition(written_out, machines, findings)
         machine = machines[self.own]
@@ -145,6 +145,6 @@ class Reading:
         return known.get(text.value)
 
 
-def written(node: nodes.Node) -> str:
-    """Return how a property was written, on one line."""
+def property_source(node: nodes.Node) -> str:
+    """Return the source of a property on one line."""
     return " ".join(node.span.source.text[node.span.start : node.span.end].split())

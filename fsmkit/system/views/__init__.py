@@ -1,1 +1,1 @@
-"""Systems shown: drawn, and as a tree."""
+"""Views of systems: drawings and trees."""

@@ -1,4 +1,4 @@
-"""Draws what was read: a chart by its states, a system by its machines and their connections."""
+"""Draw a chart with its states, or a system with its machines and their connections."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ MOST_PICTURED = 2_000
 
 
 def require_suffix(path: Path) -> None:
-    """Raise `FsmkitError` (``unknown-suffix``) where the suffix of a file is of no drawing."""
+    """Raise `FsmkitError` (``unknown-suffix``) if no drawing has the suffix of a file."""
     known = (*PICTURES, *(suffix for one in plugins(Drawing) for suffix in one.suffixes))
     if path.suffix.lower() not in known:
         raise fail(
             "unknown-suffix",
-            f"the suffix `{path.suffix}` of `{path.name}` tells no kind of drawing",
+            f"no kind of drawing has the suffix `{path.suffix}` of `{path.name}`",
             help=f"use one of {', '.join(known)}",
         )
 
@@ -61,19 +61,19 @@ def draw(
     unfolded: Collection[str] = (),
     fold: frozenset[int] = frozenset(),
 ) -> str | bytes:
-    """Return the content of a file that shows a model.
+    """Return the content of a drawing of a model.
 
     Args:
-        model: A chart; or a system or a deployment, of which machines and connections are drawn.
+        model: A chart; or a system or a deployment, drawn as machines and connections.
         path: The file: its suffix is the kind of drawing. It is not written.
-        active: States of a chart that stand out (`states_named`).
+        active: Highlighted states of a chart (`states_named`).
         unfolded: The copies of used charts that are drawn whole, by name, or ``all``; others are
             boxes with their entry and exit points.
-        fold: States of a chart that are boxes without what is in them (`folds_named`).
+        fold: States of a chart that are drawn as boxes without their content (`folds_named`).
 
     Raises:
         FsmkitError: ``unknown-suffix``; ``missing-graphviz``, ``drawing-failed`` for pictures;
-            ``not-a-chart`` for a system in a notation that is not Graphviz'.
+            ``not-a-chart`` for a system in a notation other than Graphviz'.
 
     """
     require_suffix(path)
@@ -97,14 +97,14 @@ def draw(
     else:
         raise fail(
             "not-a-chart",
-            f"`{_system(model).name}` is a system, of which there is no `{suffix}`",
+            f"`{_system(model).name}` is a system, which cannot be drawn as `{suffix}`",
             help=f"draw `.dot`, {', '.join(f'`{known}`' for known in PICTURES)}; or a chart",
         )
     return _picture(text, suffix[1:]) if suffix in PICTURES else text
 
 
 def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
-    """Return the states of a chart by their names, and all around them.
+    """Return the states of these names in a chart, and their ancestors.
 
     Raises `FsmkitError` (``unknown-name``).
     """
@@ -120,9 +120,9 @@ def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
 
 
 def folds_named(model: Model, names: Iterable[str]) -> frozenset[int]:
-    """Return the states of a chart to fold, by their names; ``*`` is all that can be folded.
+    """Return the states of a chart to fold, by name; ``*`` folds every compound state.
 
-    Raises `FsmkitError` (``unknown-name``) for what is no state with states in it.
+    Raises `FsmkitError` (``unknown-name``) for a state without child states.
     """
     names = [*names]
     if not isinstance(model, Chart):
@@ -141,7 +141,7 @@ def folds_named(model: Model, names: Iterable[str]) -> frozenset[int]:
 
 
 def require_copies(model: Model, names: Iterable[str]) -> None:
-    """Raise `FsmkitError` (``unknown-name``) for a name of no copy of a chart."""
+    """Raise `FsmkitError` (``unknown-name``) for an unknown copy of a chart."""
     known = [copy.name for copy in model.copies] if isinstance(model, Chart) else []
     for name in names:
         if name not in (*known, ALL):
@@ -208,7 +208,7 @@ def _lines(model: System | Deployment) -> Iterator[str]:
 
 
 def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
-    """Return what goes from one machine to another: events, and levels on a dashed arrow."""
+    """Return the arrows between machines: solid for events, dashed for levels."""
     found: dict[tuple[int, int, str], list[str]] = {}
     for link in system.event_links:
         chart = system.machines[link.source].chart
@@ -223,7 +223,7 @@ def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
 
 
 def _picture(text: str, kind: str) -> bytes:
-    """Return the picture that Graphviz makes of a text: ``svg``, ``png`` or ``pdf``."""
+    """Return Graphviz's picture of a source: ``svg``, ``png`` or ``pdf``."""
     import graphviz
 
     try:
@@ -241,10 +241,10 @@ def _picture(text: str, kind: str) -> bytes:
             help="install graphviz (`make tools`), or draw `.mmd`, `.puml` or `.dot`",
         ) from error
     except (subprocess.SubprocessError, OSError) as error:
-        told = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip()
+        message = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip()
         raise fail(
             "drawing-failed",
-            f"`dot` did not draw it: {told.splitlines()[0] if told else error}",
+            f"`dot` did not draw it: {message.splitlines()[0] if message else error}",
             help="draw `.dot` and look at it, and report this",
         ) from error
 

@@ -17,7 +17,7 @@ from fsmkit.document.document import Kind
 from fsmkit.language.format import spell_value
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.run import step_timer
-from fsmkit.system.shared import resting, tries_eventless
+from fsmkit.system.shared import has_data_trigger, resting_states
 from fsmkit.verify.mutants.noted_steps import ObservedSteps, Seen
 from fsmkit.verify.mutants.operators import NEEDED
 from fsmkit.verify.mutants.subject import Mutant
@@ -151,7 +151,7 @@ class LocalBehaviour:
                 yield Step(Action.OCCUR, machine, number)
 
     def _tries(self, closed: ClosedSystem) -> bool:
-        return tries_eventless(closed.system.machines[self._machine], closed.charts[self._machine])
+        return has_data_trigger(closed.system.machines[self._machine], closed.charts[self._machine])
 
     def difference(self, changed: ClosedSystem, mutant: Mutant) -> tuple[str, ...] | None:
         """Return the first step in which a system with another chart for the machine differs.
@@ -278,7 +278,9 @@ def _is_comparable(original: ClosedSystem, changed: ClosedSystem, machine: int) 
         for part in of_state
     ):
         return False
-    if resting(ours, one.machines[machine]) != resting(theirs, other.machines[machine]):
+    if resting_states(ours, one.machines[machine]) != resting_states(
+        theirs, other.machines[machine]
+    ):
         return False
     return _reads_no_more(original, changed, machine)
 

@@ -15,7 +15,7 @@ from fsmkit.emit import guard, telling
 from fsmkit.system.any_file import NONE, load_any
 from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, port_name
 from fsmkit.system.machines import Replacement
-from fsmkit.system.of_one_chart import system_alone
+from fsmkit.system.of_one_chart import system_of_chart
 from fsmkit.system.parameters import with_set_constants
 from fsmkit.system.system import System
 from fsmkit.verify.mutants.operators import Documents, mutations
@@ -87,7 +87,7 @@ class Subject:
         findings = Findings()
         if self.system.of_chart:
             given = with_set_constants(mutant.documents, self.parameters, findings)
-            return system_alone(elaborated(given, findings, strict=self.strict))
+            return system_of_chart(elaborated(given, findings, strict=self.strict))
         chart = elaborated(mutant.documents, findings, strict=self.strict)
         return self._with(mutant.machine, chart) or load_any(
             self.path,

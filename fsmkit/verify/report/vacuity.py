@@ -25,7 +25,7 @@ def vacuous(found: Exploration, number: int, property_: Property) -> str:
         property_: One that holds.
 
     """
-    if property_.condition is None or property_.owner is not None or property_.is_wanted:
+    if property_.condition is None or property_.owner is not None or property_.is_existential:
         return ""
     if isinstance(property_.kind.decided, OverGraph):
         if property_.goal is None or found.mark(1 + number) is not None:

@@ -16,7 +16,7 @@ from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
 from fsmkit.runtime.endless_steps import cycle_text, taken_in
 from fsmkit.system.freezes import freezer_text
-from fsmkit.system.properties.kinds.monitor import errors_of
+from fsmkit.system.properties.kinds.monitor import error_states
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
 from fsmkit.system.schedule import schedule_text
 from fsmkit.system.system import System
@@ -250,7 +250,7 @@ class _Verdicts:
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         mark = self.exploration.mark(1 + index)
-        if property_.is_wanted:
+        if property_.is_existential:
             if mark is not None:
                 trace = self._seen(mark)
                 return _with_reason(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
@@ -485,7 +485,7 @@ def overflowing(closed: ClosedSystem, found: Exploration) -> tuple[int, ...]:
 def never_entered(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[State]:
     """Yield the outermost states that are never entered."""
     chart, entered = closed.system.machines[machine].chart, found.machines[machine].states
-    hoped = errors_of(closed.system.machines[machine])
+    hoped = error_states(closed.system.machines[machine])
     for state in chart.states[1:]:
         if state.is_history or state.index in entered or state.index in hoped:
             continue
@@ -496,7 +496,7 @@ def never_entered(closed: ClosedSystem, found: Exploration, machine: int) -> Ite
 def never_taken(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[Transition]:
     """Yield the transitions that are never taken though their source is entered."""
     chart, figures = closed.system.machines[machine].chart, found.machines[machine]
-    hoped = errors_of(closed.system.machines[machine])
+    hoped = error_states(closed.system.machines[machine])
     for transition in chart.transitions:
         reachable = not transition.source or transition.source in figures.states
         expected = transition.trigger is not Trigger.INITIAL and not closed.is_silent(

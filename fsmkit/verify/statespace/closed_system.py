@@ -71,9 +71,9 @@ from fsmkit.system.free_inputs import with_free_inputs
 from fsmkit.system.freezes import Hold, hold_of, with_freezers
 from fsmkit.system.machine import FreeInput, Machine, Possible
 from fsmkit.system.partition import field_of, partition_of
-from fsmkit.system.properties.kinds.monitor import as_observer, with_monitors
+from fsmkit.system.properties.kinds.monitor import observer_chart, with_monitors
 from fsmkit.system.properties.property import evaluated
-from fsmkit.system.schedule import turns_of, unit_of, with_scheduler
+from fsmkit.system.schedule import machines_by_turn, time_unit, with_scheduler
 from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import System
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
@@ -145,7 +145,7 @@ class ClosedSystem:
 
         Empty without a cyclic schedule.
         """
-        return turns_of(self.system)
+        return machines_by_turn(self.system)
 
     @property
     def is_ordered(self) -> bool:
@@ -174,7 +174,7 @@ class ClosedSystem:
         if self.system.schedule is not None:
             return False
         others = tuple(m for m in self.system.machines if not m.is_monitor)
-        return unit_of(replace(self.system, machines=others)) == 0
+        return time_unit(replace(self.system, machines=others)) == 0
 
     @property
     def keeps_inputs(self) -> bool:
@@ -264,7 +264,7 @@ def close(
         for index, (chart, machine) in enumerate(zip(charts, system.machines, strict=True))
         for event in chart.events[len(machine.chart.events) :]
     ]
-    unit = 0 if untimed else unit_of(system)
+    unit = 0 if untimed else time_unit(system)
     for machine in system.machines if zones and unit else ():
         way_out = "use `--time discrete`, or `--time untimed`"
         require_alone(machine.chart, "not explored in dense time", way_out)
@@ -297,7 +297,7 @@ def beyond_zones(system: System) -> tuple[str, Span | None] | None:
         return "turns of a cyclic schedule come in discrete time", system.schedule.span
     for freezer in system.freezers:
         return f"the node `{freezer.machine.name}` may freeze", freezer.machine.span
-    unit = unit_of(system)
+    unit = time_unit(system)
     if len(system.machines) + len(system.monitors) > MOST_IN_ZONES and unit:
         last = system.machines[min(MOST_IN_ZONES, len(system.machines) - 1)]
         return f"it has {len(system.machines)} machines, more than {MOST_IN_ZONES}", last.span
@@ -319,7 +319,7 @@ def _explored(machine: Machine) -> Chart:
     """Return the chart of a machine as it is explored."""
     chart = without_spontaneous(machine.chart)
     looks = machine.is_monitor and samples_inputs(chart)
-    return _with_passages(as_observer(chart) if looks else chart)
+    return _with_passages(observer_chart(chart) if looks else chart)
 
 
 def _with_passages(chart: Chart) -> Chart:

@@ -24,9 +24,9 @@ from fsmkit.runtime.interpreter.run import (
     step_timer,
 )
 from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, Possible
-from fsmkit.system.properties.kinds.monitor import look_event
-from fsmkit.system.properties.property import asked_events
-from fsmkit.system.shared import kept_at_start, resting, tries_eventless, written_value
+from fsmkit.system.properties.kinds.monitor import sampling_event
+from fsmkit.system.properties.property import observed_events
+from fsmkit.system.shared import has_data_trigger, kept_at_start, resting_states, written_value
 from fsmkit.verify.statespace.actions import (
     FAULT,
     FULL,
@@ -72,11 +72,11 @@ class LocalSteps:
             possible[each.machine].append((number, each))
         self._possible = tuple(map(tuple, possible))
         self.coverage = tuple(Coverage(set(), set()) for _ in self.charts)
-        self._rests = tuple(map(resting, self.charts, self.machines))
-        self._samples_inputs = tuple(map(tries_eventless, self.machines, self.charts))
+        self._rests = tuple(map(resting_states, self.charts, self.machines))
+        self._samples_inputs = tuple(map(has_data_trigger, self.machines, self.charts))
         self._ports = tuple(map(_ports, self.machines))
         self._asked: tuple[set[int], ...] = tuple(set() for _ in self.charts)
-        for asking, event in asked_events(closed.system.properties):
+        for asking, event in observed_events(closed.system.properties):
             self._asked[asking].add(event)
         self._wires: dict[int, list[InputLink]] = {}
         for wire in closed.system.input_links:
@@ -162,7 +162,7 @@ class LocalSteps:
 
     def _with_look(self, machine: int, snapshot: snap.Snapshot) -> snap.Snapshot:
         """Return a monitor whose inputs have changed, about to look at them."""
-        look = look_event(self.charts[machine])
+        look = sampling_event(self.charts[machine])
         waits = any(occurrence.event == look for occurrence in snapshot.queue)
         if look is None or waits or not snapshot.running:
             return snapshot

@@ -127,7 +127,7 @@ def _judged(property_: Property, observed: Observed, homed: int) -> Judged:
         return Judged(name, text, None if is_open else True, reason=reason)
     found = np.flatnonzero(marks != property_.is_negated)
     first = (homed + int(found[0]) + 1) / 1000 if len(found) else None
-    return Judged(name, text, bool(len(found)) is property_.is_wanted, first)
+    return Judged(name, text, bool(len(found)) is property_.is_existential, first)
 
 
 def _rows_to_last(met: Truth) -> int:

@@ -353,7 +353,7 @@ def test_what_a_connection_cannot_carry_is_said(
     text = talk.read_text(encoding="utf-8")
     talk.write_text(text.replace("west.call -> judge.called_for", "west.look -> judge.whistle"))
     assert execute(["compile", str(talk), "--with", "world", "--out", str(tmp_path / "made")]) == 0
-    assert "`west.look` returns something" in capsys.readouterr().err
+    assert "`west.look` returns a value" in capsys.readouterr().err
     assert (
         execute(
             ["compile", str(talk), "--with", "world", "--out", str(tmp_path), "--without", "queue"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fsmkit.diagnostics import Findings, FsmkitError
-from fsmkit.system.schedule import unit_of
+from fsmkit.system.schedule import time_unit
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.actions import Action
@@ -271,7 +271,7 @@ properties: {late: {reachable: watch.In(late)}, over: {reachable: watch.In(over)
     system = load(system=text, late=INTERVAL, watch=WATCH.replace("TIME", time))
     found = verdicts(check(system, Findings(), options=PYTHON))
     assert (found["late"], found["over"]) == (late, over)
-    assert unit_of(system) == 10
+    assert time_unit(system) == 10
 
 
 PUSHER = """

@@ -1,4 +1,4 @@
-"""``deadlock_free``: no state is reached in which nothing can happen and some machine must."""
+"""``deadlock_free``: no reachable state blocks the system while some machine must still move."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""``invariant: P``: P holds in all states that can be reached.
+"""``invariant: P``: P holds in all reachable states.
 
-An ``invariant`` of a state of a chart is a property of this kind, too: as long as the state is
-active, it holds.
+An ``invariant`` of a state of a chart is a property of this kind: it holds while the state is
+active.
 """
 
 from __future__ import annotations

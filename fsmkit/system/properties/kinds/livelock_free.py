@@ -1,4 +1,4 @@
-"""``livelock_free``: machines are never busy for ever without time passing."""
+"""``livelock_free``: machines never take infinitely many steps without time passing."""
 
 from __future__ import annotations
 

@@ -1,17 +1,17 @@
-"""``monitor: CHART``: a chart that watches the machines never comes to its state ``error``.
+"""``monitor: CHART``: a chart that observes the machines never enters its state ``error``.
 
 ::
 
     Answered:
       monitor: answered.yaml
       watch:
-        - occurs(lamp.press) -> press   # an event that the lamp is handed, with what it carries
-        - lamp.lit -> lit               # an event or operation that leaves it
+        - occurs(lamp.press) -> press   # an event that the lamp takes, with its fields
+        - lamp.lit -> lit               # an event or operation that it sends
         - lamp.level -> level           # an output, or data: an input of the monitor
 
-A monitor is a machine of the environment that moves before all others: once something that it
-watches has happened, nothing else moves until it has seen it. What it sends goes nowhere, so the
-others do what they do without it.
+A monitor is a machine of the environment that moves before all others: after an observed event,
+nothing else moves until the monitor has handled it. Its own events are discarded, so it does not
+change the behaviour of the others.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from fsmkit.language import BOOL, Field, Storage, Type, Variable
 from fsmkit.system.connections import (
     arguments_of,
     find_machine,
-    misfit,
     names_of_events,
     port_of,
     report_duplicate,
     report_unconnected,
+    type_mismatch,
 )
-from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, each
+from fsmkit.system.indices import INDEXED, MOST_ELEMENTS, expand_indices
 from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, Monitor
 from fsmkit.system.machines import read_machine
 from fsmkit.system.properties.condition import Atom
@@ -59,7 +59,7 @@ SOURCE = re.compile(
 
 @dataclass(slots=True)
 class _Watch:
-    """Reads what a monitor watches."""
+    """Reads the observed events and values of a monitor."""
 
     machines: tuple[Machine, ...]
     monitor: Machine
@@ -106,7 +106,7 @@ class _Watch:
                 "wrong-direction",
                 f"`{name}` does not leave `{instance}`",
                 name,
-                help=f"write `occurs({instance}.{name})` for when it is handed that event",
+                help=f"write `occurs({instance}.{name})` to observe that it takes the event",
             )
         else:
             known = [*values, *(o.name for o in chart.operations)]
@@ -142,7 +142,7 @@ class _Watch:
             self._unknown(f"`{chart.name}` has no input", target, inputs)
             return
         number = inputs.index(target.value)
-        reason = misfit(type_, chart.inputs[number].type)
+        reason = type_mismatch(type_, chart.inputs[number].type)
         if reason is not None:
             message = f"`{name}` does not fit `{target}`: {reason}"
             self.findings.add("connection-mismatch", message, target)
@@ -152,7 +152,7 @@ class _Watch:
             self.inputs[number] = links, text
 
     def _wires(self, machine: int, name: str, number: int) -> Iterator[InputLink]:
-        """Yield the wires of a variable: of one that is shared, from each machine that has it."""
+        """Yield the wires of a variable; a shared one has a wire from each machine with a copy."""
         watched = self.machines[machine]
         if any(slot.name == name for slot in watched.shared):
             for source, other in enumerate(self.machines):
@@ -197,7 +197,7 @@ def read(name: Text, node: Node, reading: PropertyContext) -> Property | None:
     watch = _Watch(machines, machine, findings)
     for text in texts_of(parts.get("watch"), "`watch`", "what is watched", findings):
         named = text if reading.own is None else in_watch(text, machines[reading.own])
-        for one in each(named, machines):
+        for one in expand_indices(named, machines):
             watch.read(one)
     events = tuple(link for link, _ in watch.events.values())
     inputs = tuple(link for links, _ in watch.inputs.values() for link in links)
@@ -213,7 +213,7 @@ KIND = Kind("monitor", AtStates(), read=read, is_local=True)
 
 
 def _require_fit(machine: Machine, name: Text, findings: Findings) -> None:
-    """Report what a monitor cannot be: without an error, or choosing what it does."""
+    """Report a chart that is not a monitor: without an error state, or with choices of its own."""
     chart = machine.chart
     if ERROR not in chart.state_index:
         findings.add(
@@ -228,18 +228,18 @@ def _require_fit(machine: Machine, name: Text, findings: Findings) -> None:
     if chosen:
         findings.add(
             "monitor-that-chooses",
-            f"{chosen[0]} of the monitor `{name}` is open",
+            f"{chosen[0]} of the monitor `{name}` is nondeterministic",
             name,
-            help="let it do one thing only for what it sees",
+            help="make its reaction to each observed event unique",
         )
 
 
 def require_few(monitors: tuple[Monitor, ...], machines: int, findings: Findings) -> None:
-    """Report more machines, monitors among them, than can be explored."""
+    """Report more machines, monitors included, than can be explored."""
     if monitors and machines + len(monitors) > MOST_ELEMENTS:
         findings.add(
             "not-explored-yet",
-            f"{machines} machines and {len(monitors)} monitors in one system are not explored",
+            f"{machines} machines and {len(monitors)} monitors are too many to explore",
             monitors[0].machine.span,
             help=f"keep to {MOST_ELEMENTS}",
         )
@@ -265,7 +265,9 @@ def with_monitors(system: System) -> System:
             *(replace(link, target=n) for n, m in watching for link in m.input_links),
         ),
         properties=tuple(
-            _watched_by(p, system.monitors[numbers[p.name] - first].machine.chart, numbers[p.name])
+            _monitored_property(
+                p, system.monitors[numbers[p.name] - first].machine.chart, numbers[p.name]
+            )
             if p.kind is KIND and p.name in numbers
             else p
             for p in system.properties
@@ -274,16 +276,16 @@ def with_monitors(system: System) -> System:
     )
 
 
-def _watched_by(property_: Property, chart: Chart, number: int) -> Property:
-    """Return a property that is violated where its monitor, so numbered, is in error."""
+def _monitored_property(property_: Property, chart: Chart, number: int) -> Property:
+    """Return a property that is violated in the error states of its monitor, by number."""
     state = chart.states[chart.state_index[ERROR]]
     condition = Variable(ERROR, BOOL, Storage.DATA, state.span)
     atoms = ((ERROR, Atom(number, state.index)),)
     return replace(property_, condition=condition, atoms=atoms)
 
 
-def errors_of(machine: Machine) -> frozenset[int]:
-    """Return the states of a monitor that it must not reach; of another machine none."""
+def error_states(machine: Machine) -> frozenset[int]:
+    """Return the error states of a monitor; an empty set for another machine."""
     number = machine.chart.state_index.get(ERROR)
     if number is None or not machine.is_monitor:
         return frozenset()
@@ -292,13 +294,13 @@ def errors_of(machine: Machine) -> frozenset[int]:
     return frozenset((number, *below))
 
 
-def look_event(chart: Chart) -> int | None:
-    """Return the number of the event on which a monitor looks at its inputs, if it has one."""
+def sampling_event(chart: Chart) -> int | None:
+    """Return the number of the event on which a monitor samples its inputs, if it has one."""
     last = chart.events[-1] if chart.events else None
     return last.index if last is not None and last.name == CHANGED else None
 
 
-def as_observer(chart: Chart) -> Chart:
-    """Return a monitor's chart with one more event, on which it looks at its inputs."""
+def observer_chart(chart: Chart) -> Chart:
+    """Return a monitor's chart with one more event, on which it samples its inputs."""
     event = Event(len(chart.events), CHANGED, (), frozenset({Direction.IN}))
     return replace(chart, events=(*chart.events, event))

@@ -1,4 +1,4 @@
-"""``never: P``: P holds in no state that can be reached."""
+"""``never: P``: P holds in no reachable state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``recoverable: P``: from every state that is reached, P can be reached again (AG EF P)."""
+"""``recoverable: P``: from every reachable state, P can be reached again (AG EF P)."""
 
 from __future__ import annotations
 

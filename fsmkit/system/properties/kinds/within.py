@@ -1,4 +1,4 @@
-"""``within: [P, T, Q]``: from where P begins to hold it takes at most T until Q holds."""
+"""``within: [P, T, Q]``: once P holds, Q holds after at most T."""
 
 from __future__ import annotations
 

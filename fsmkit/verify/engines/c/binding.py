@@ -22,9 +22,9 @@ from fsmkit.codegen.c.options import COMPILING, Options, read_options
 from fsmkit.emit import Emitter, plain, printing, snake
 from fsmkit.emit.c import comment, quoted
 from fsmkit.system.machine import OBSERVED
-from fsmkit.system.properties.kinds.monitor import look_event
-from fsmkit.system.properties.property import asked_events
-from fsmkit.system.shared import resting, tries_eventless, type_of_slot
+from fsmkit.system.properties.kinds.monitor import sampling_event
+from fsmkit.system.properties.property import observed_events
+from fsmkit.system.shared import has_data_trigger, resting_states, type_of_slot
 from fsmkit.verify.engines.c.shapes import Shape
 from fsmkit.verify.statespace.closed_system import ClosedSystem, is_watchdog
 from fsmkit.verify.statespace.spread import Kind, parts_of
@@ -188,7 +188,7 @@ def _path_of(names: Names) -> str:
 
 
 def _tries(closed: ClosedSystem, built: Built) -> bool:
-    return tries_eventless(closed.system.machines[built.number], built.chart)
+    return has_data_trigger(closed.system.machines[built.number], built.chart)
 
 
 class _Binding:
@@ -267,7 +267,7 @@ class _Binding:
 
     def _common(self) -> dict[str, object]:
         closed, chart = self._closed, self._chart
-        rests = resting(chart, self._machine)
+        rests = resting_states(chart, self._machine)
         silent = (closed.silent and is_watchdog(chart, t) for t in chart.transitions)
         waiting = [name for members in WAITING.values() for name in members]
         restless = [int(s.index > 0 and s.is_leaf and s.index not in rests) for s in chart.states]
@@ -326,8 +326,8 @@ class _Binding:
         p, number = self._built.prefix, self._built.number
         own = 0 if machine.is_monitor else len(machine.chart.events)
         noted = [int(n < own and bool(event.directions)) for n, event in enumerate(chart.events)]
-        asked = asked_events(closed.system.properties)
-        look = look_event(chart)
+        asked = observed_events(closed.system.properties)
+        look = sampling_event(chart)
         is_interval = any(t.least is not None for t in chart.transitions)
         slack = [0 if t.least is None else t.delay - t.least for t in chart.transitions]
         return {

@@ -11,7 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
 from fsmkit.system.freezes import Hold
-from fsmkit.system.properties.property import Property, asked_events, evaluated, temporal_properties
+from fsmkit.system.properties.property import (
+    Property,
+    evaluated,
+    observed_events,
+    temporal_properties,
+)
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
@@ -51,7 +56,7 @@ class Oracle(GlobalSteps):
         self._evaluated = evaluated(closed.system.properties)
         taken = (
             (self._first_marks[m] + UNHANDLED + len(closed.charts[m].events) + e, (m, e))
-            for m, e in asked_events(closed.system.properties)
+            for m, e in observed_events(closed.system.properties)
         )
         self._asked = dict(taken)
 
