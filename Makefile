@@ -197,9 +197,9 @@ fuzz-names: $(VENV)/ready
 digests: $(VENV)/ready
 	$(BIN)/python -m tests.digests $(if $(SAVE),--save $(SAVE)) $(if $(AGAINST),--against $(AGAINST))
 
-# Rewrites the golden files; look at the difference before you commit it.
+# Rewrites the golden files, the output shown in pages of docs, and the pictures of lessons; look at the difference before you commit it.
 bless: $(VENV)/ready
-	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/chart/drawing tests/runtime tests/editor/schemas
+	FSMKIT_BLESS=1 $(BIN)/pytest -q tests/chart/drawing tests/runtime tests/editor/schemas tests/docs/test_pages.py
 
 TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf clang clang-tidy cppcheck frama-c-base libclang-rt-dev libzmq3-dev graphviz spin cmake pkg-config \
   cyclonedds-dev cyclonedds-tools \

@@ -76,7 +76,6 @@ AT_MOST = {
     "docs/explanation": 35,
     "docs/how-to": 127,
     "docs/reference": 145,
-    "docs/tutorial": 1,
     "fsmkit": 6,
     "fsmkit/carriers": 208,
     "fsmkit/chart": 336,

@@ -12,9 +12,11 @@ from tests.docs.pages import DOCS, follow_page
 from tests.needs import need
 
 EXTERNAL = pytest.mark.external
+LESSONS = sorted(path.stem for path in (DOCS / "tutorial").glob("[0-9]*.md"))
 COOKBOOK = sorted(path.stem for path in (DOCS / "cookbook").glob("[!R]*.md"))
 PAGES = (
-    pytest.param("tutorial/first-machine", 10, "cc dot"),
+    *(pytest.param(f"tutorial/{page}", None, "cc dot") for page in LESSONS),
+    pytest.param("../README", 2, "cc"),
     pytest.param("tutorial/existing-driver", 14, "cc cmake libclang", marks=EXTERNAL),
     pytest.param("how-to/existing-c", 10, "cc libclang"),
     pytest.param("how-to/simulate", 2, ""),
