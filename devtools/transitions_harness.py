@@ -23,7 +23,7 @@ from fsmkit.document.document import Kind
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Posted
 from fsmkit.runtime.interpreter.trace import CLOCK, effect_line, value_text
-from fsmkit.runtime.script import SeededHost, Within, read_line, script_texts, wrong_line
+from fsmkit.runtime.script import PostDuringCall, SeededHost, read_line, script_texts, wrong_line
 
 LONGEST = 1000
 """Events in one macrostep, after which the library is not waited for."""
@@ -101,7 +101,7 @@ class Player:
                 if not self._post(read.event):
                     self.told.append("full queue")
             case "within":
-                self.host.within = Within(read.number, read.event)
+                self.host.within = PostDuringCall(read.number, read.event)
             case "returns":
                 self.host.given = {**self.host.given, read.name: read.results}
             case "dispatch":

@@ -18,7 +18,7 @@ with atheris.instrument_imports(include=["fsmkit.runtime.tracing"]):
     from fsmkit.plugins import plugin
     from fsmkit.runtime.script import Player, read_line, script_texts
     from fsmkit.runtime.tracing.following import Follower
-    from fsmkit.runtime.tracing.framing import frames, stuffed, unstuffed
+    from fsmkit.runtime.tracing.framing import cobs_decode, cobs_encode, encode_frames
     from fsmkit.runtime.tracing.numbering import Numbering
     from fsmkit.runtime.tracing.records import Gap, Spoilt
     from fsmkit.runtime.tracing.stream import Line, Stream
@@ -71,7 +71,7 @@ def seeds() -> Iterator[str]:
             elif read.verb == "dispatch" and before.running:
                 out += writer.ran(before, player.now, done, read.event)
         yield (b"\0" + out).decode("latin-1")
-        yield (b"\1" + frames(out)).decode("latin-1")
+        yield (b"\1" + encode_frames(out)).decode("latin-1")
 
 
 def mutate(content: bytes, most: int, seed: int) -> bytes:
@@ -108,8 +108,8 @@ def target(content: bytes) -> None:
     assert spoilt == stream.counts.spoilt <= len(data)
     if reader is stream:
         assert not any(isinstance(each.told, Gap) for each in timed)
-    plain = unstuffed(data)
-    assert plain is None or unstuffed(stuffed(plain)) == plain
+    plain = cobs_decode(data)
+    assert plain is None or cobs_decode(cobs_encode(plain)) == plain
     assert time.process_time() - started < SECONDS, "too slow"
 
 

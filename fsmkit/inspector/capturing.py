@@ -18,13 +18,13 @@ from fsmkit.runtime.live.messages import PROTOCOL, AnyMessage, Hello, Named
 from fsmkit.runtime.live.steps import hash_of
 from fsmkit.runtime.tracing.following import (
     Changed,
-    Did,
+    CompleteState,
+    Divergence,
     Followed,
+    HostNote,
     Missing,
-    Noted,
-    Parted,
     Posted,
-    Whole,
+    ReplayedStep,
 )
 from fsmkit.system.system import System
 
@@ -88,9 +88,9 @@ def lines_of(telling: Telling, told: Followed) -> Iterator[str]:
 
 def _lines(chart: Chart, told: Followed) -> Iterator[str]:
     match told:
-        case Did(_, _, done, True):
+        case ReplayedStep(_, _, done, True):
             yield from trace_lines(chart, (done,))
-        case Did(at, _, done, False, 0):
+        case ReplayedStep(at, _, done, False, 0):
             taken = [each.transition for each in done.effects if isinstance(each, Taken)]
             moves = [
                 f"{'-' if isinstance(each, Exited) else '+'} {chart.states[each.state].id}"
@@ -100,9 +100,9 @@ def _lines(chart: Chart, told: Followed) -> Iterator[str]:
             yield f"@{at} {f't {taken[0]}' if taken else 'start'}"
             yield from moves
             yield _states(chart, active_leaves(chart, done.after))
-        case Did(at, _, done, False, machine):
+        case ReplayedStep(at, _, done, False, machine):
             yield f"@{at} machine {machine}: {len(done.effects)} effects"
-        case Whole(at, _, snapshot, is_known):
+        case CompleteState(at, _, snapshot, is_known):
             what = "all known" if is_known else "states known"
             yield f"@{at} ({what}) {_states(chart, active_leaves(chart, snapshot))}"
         case Posted(_, _, occurrence, fits):
@@ -111,9 +111,9 @@ def _lines(chart: Chart, told: Followed) -> Iterator[str]:
             yield f"post {event}{' ' if values else ''}{values}{'' if fits else ': full queue'}"
         case Changed(_, _, place, value):
             yield f"input {chart.inputs[place].name} {value_text(value)}"
-        case Parted(at, _, message):
+        case Divergence(at, _, message):
             yield f"@{at} ({PARTED}: {message})"
-        case Noted(at, _, number):
+        case HostNote(at, _, number):
             yield f"@{at} note {number}"
         case Missing():
             pass

@@ -17,10 +17,10 @@ from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
     is_deferred,
-    most_at_once,
+    livelock_error,
+    max_steps_at_one_time,
     next_deadline,
     post,
-    stands_still,
     step_event,
     step_eventless,
     step_timer,
@@ -109,7 +109,7 @@ class Simulation:
         self.seed = seed
         self._hosts = [SeededHost(chart, seed) for chart in self.charts]
         self._order = sorted(range(len(self.charts)), key=lambda m: not self._is_environment(m))
-        self._most = sum(map(most_at_once, self.charts))
+        self._most = sum(map(max_steps_at_one_time, self.charts))
 
     def _is_environment(self, machine: int) -> bool:
         return self.system.machines[machine].environment
@@ -253,7 +253,7 @@ class Simulation:
         last = turn.done[-1]
         moment = replace(moment, at_once=moment.at_once + 1)
         if moment.at_once > self._most:
-            raise stands_still(chart, turn.done)
+            raise livelock_error(chart, turn.done)
         if self._has_more(moment, turn):
             return replace(moment, turn=turn), Stepped(machine, last, (), ())
         moment = _at_time(moment, machine)

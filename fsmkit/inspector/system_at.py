@@ -29,7 +29,7 @@ from fsmkit.runtime.live.messages import (
 _messages: msgspec.json.Decoder[list[AnyMessage]] = msgspec.json.Decoder(list[AnyMessage])
 
 
-class Happened(NamedTuple):
+class HistoryEntry(NamedTuple):
     """An entry, and the system before and after it; None where that is not known."""
 
     n: int
@@ -155,21 +155,21 @@ class Course:
         before = self.moment(n - 1)
         return None if before is None else self.simulation.step(before)[1]
 
-    def back(self, n: int) -> Iterator[Happened]:
+    def back(self, n: int) -> Iterator[HistoryEntry]:
         """Yield the entries up to one, the latest first, each with what was before and after it."""
         branch = self.history.branch
         while n > branch.first:
             known = branch.known(n - 1)
             first = n if n <= branch.given or known is None else known[0] + 1
             moment = self.moment(first - 1)
-            made: list[Happened] = []
+            made: list[HistoryEntry] = []
             for number in range(first, n + 1):
                 before = moment
                 if number <= branch.given or number in branch.actions:
                     moment = self.moment(number)
                 elif before is not None:
                     moment, _ = self.simulation.step(before)
-                made.append(Happened(number, before, moment))
+                made.append(HistoryEntry(number, before, moment))
             yield from reversed(made)
             n = first - 1
 

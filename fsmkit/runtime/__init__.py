@@ -1,5 +1,5 @@
-"""What runs: a Chart or a System in, macrosteps out.
+"""Run a Chart or a System: the reference interpreter, sessions, clocks, links and traces.
 
-The reference interpreter, sessions and clocks, and what ships with machines. The interpreter knows
-neither `analysis` nor `plan`.
+The package also holds the C, Python and JavaScript libraries of generated machines. The
+interpreter imports neither `chart.analysis` nor `plan`.
 """

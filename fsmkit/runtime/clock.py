@@ -7,15 +7,15 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Where a session reads the time."""
+    """Source of the time that a session reads."""
 
     def microseconds(self) -> int:
-        """Return the time since the clock was made; it never goes back."""
+        """Return the time since the creation of the clock. It never decreases."""
         ...
 
 
 class SimulatedClock:
-    """A clock that stands still until `advance` is called."""
+    """A clock that moves only when `advance` is called."""
 
     def __init__(self) -> None:
         self._now = 0
@@ -38,5 +38,5 @@ class WallClock:
         self._start = time.monotonic_ns()
 
     def microseconds(self) -> int:
-        """Return the time since this clock was made."""
+        """Return the time since the creation of this clock."""
         return (time.monotonic_ns() - self._start) // 1000

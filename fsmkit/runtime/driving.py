@@ -1,4 +1,4 @@
-"""What a connection brings to a machine: a value for one of its inputs or shared variables."""
+"""Set inputs and shared variables of a machine to the values that its connections carry."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from fsmkit.system.shared import with_slot
 
 
 def driven(machine: Machine, snapshot: Snapshot, number: int, value: Value) -> Snapshot:
-    """Return a machine whose input, or shared variable, ``number`` has got a value."""
+    """Return `snapshot` with input `number` set to `value`.
+
+    Numbers after the last input select the shared variables of the machine.
+    """
     count = len(snapshot.inputs)
     if number >= count:
         data = with_slot(machine.shared[number - count], snapshot.data, value)

@@ -1,4 +1,4 @@
-"""The transitions that a machine takes round and round, when it is stopped for it."""
+"""Find the cycle of transitions in which a macrostep exceeded its bound."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 
 ROUNDS = 2
-"""So many equal rounds at the end of a macrostep are a cycle."""
+"""Number of equal rounds at the end of a macrostep that count as a cycle."""
 
 
-def round_of(taken: Sequence[int]) -> Sequence[int]:
-    """Return the shortest part that ends a sequence at least twice; nothing if none does."""
+def final_cycle(taken: Sequence[int]) -> Sequence[int]:
+    """Return the shortest sequence that `taken` ends with at least twice, or an empty one."""
     for length in range(1, len(taken) // ROUNDS + 1):
         if taken[-length:] == taken[-2 * length : -length]:
             return taken[-length:]
@@ -20,23 +20,24 @@ def round_of(taken: Sequence[int]) -> Sequence[int]:
 
 
 def cycle_text(chart: Chart, taken: Sequence[int]) -> str:
-    """Return the cycle in which transitions, by their numbers, were taken last, with their lines.
+    """Return the cycle at the end of `taken` (numbers of transitions), each with its line.
 
-    ``b -> c (gate.yaml:7), c -> b (gate.yaml:9)``; empty where there is none, as data differ.
+    For example ``b -> c (gate.yaml:7), c -> b (gate.yaml:9)``. Empty if the sequence does not end
+    in a cycle.
     """
-    found = list(round_of(taken))
+    found = list(final_cycle(taken))
     first = found.index(min(found)) if found else 0
     turned = [chart.transitions[number] for number in found[first:] + found[:first]]
     return ", ".join(_text(chart, transition) for transition in turned)
 
 
-def taken_by(macrostep: Macrostep) -> tuple[int, ...]:
+def transition_numbers(macrostep: Macrostep) -> tuple[int, ...]:
     """Return the numbers of the transitions that a macrostep took, in order."""
     return tuple(number for small in macrostep.microsteps for number in small.transitions)
 
 
-def taken_in(lines: Sequence[str]) -> tuple[int, ...]:
-    """Return the same from the lines of its trace."""
+def traced_transitions(lines: Sequence[str]) -> tuple[int, ...]:
+    """Return the numbers of the transitions in the lines of a trace."""
     return tuple(int(line[2:]) for line in lines if line.startswith("t "))
 
 

@@ -1,8 +1,8 @@
-"""How the nodes of a deployment are: each answers a request over ZeroMQ.
+"""Query the health of a deployment's nodes over ZeroMQ.
 
-A node has a socket of the type REP. The request is the byte ``R``, the answer ``R`` and a JSON
-object with the members ``ok`` (whether it does its work) and ``status`` (a line for people);
-numbers beside them are counters. docs/how-to/keep-running.md shows a node's side.
+Each node has a REP socket. The request is the byte ``R``. The reply is ``R`` and a JSON object:
+``ok`` (bool: the node works), ``status`` (one line for people), and any number of counters. See
+docs/how-to/keep-running.md for the node's side.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LONGEST = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """How a node is. ``report``: what else its answer holds."""
+    """The health of a node. ``report`` holds the other members of its reply."""
 
     node: str
     endpoint: str
@@ -47,7 +47,7 @@ def health_of(endpoints: Iterable[tuple[str, str]], seconds: float) -> tuple[Hea
     except ImportError as error:
         raise fail(
             "link-not-opened",
-            "nodes are asked over ZeroMQ, which needs the package `pyzmq`",
+            "queries to nodes use ZeroMQ, which needs the package `pyzmq`",
             help="install it: pip install 'fsmkit[links]'",
         ) from error
     nodes = tuple(endpoints)
@@ -92,7 +92,7 @@ def read_answer(node: str, endpoint: str, answer: bytes) -> Health:
     """Return the health in an answer; an answer of another form is not ok."""
     if answer[:1] == b"E":
         refusal = answer[1:].decode(errors="replace")
-        return Health(node, endpoint, is_ok=False, status=f"refuses: {refusal}")
+        return Health(node, endpoint, is_ok=False, status=f"rejects the request: {refusal}")
     try:
         report: object = parse_json(answer[1:]) if answer[:1] == b"R" else None
     except ValueError:

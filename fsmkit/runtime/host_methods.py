@@ -41,7 +41,7 @@ class BoundHost:
             self.guard = watch
 
     def accept_posts(self, chart: Chart, post: Post) -> None:
-        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        """Store the function that posts to the machine; invoked machines have their own."""
         if chart is self._chart:
             self.post = post
 
@@ -55,7 +55,7 @@ class BoundHost:
         return self._random.randint(least, greatest)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Call the function of an operation; what it raises goes through to the caller."""
+        """Call the function of an operation. Its exceptions reach the caller."""
         declared = self._operations[operation]
         given = [
             to_python(value, parameter.type)
@@ -69,7 +69,7 @@ class BoundHost:
         except ValueError as error:
             raise fail(
                 "wrong-result",
-                f"what the operation `{operation}` returned {error}",
+                f"the result of the operation `{operation}` {error}",
                 declared.span,
                 help=f"return a value of `{declared.result}`",
             ) from error
@@ -86,7 +86,7 @@ def bind_operations(chart: Chart, operations: object) -> dict[str, Callable[...,
 
 
 def missing_operations(chart: Chart, missing: Iterable[Operation]) -> FsmkitError:
-    """Return the error that names the operations nobody performs, each where it is declared."""
+    """Return the error that names the operations without a function, each with its declaration."""
     findings = Findings()
     for operation in missing:
         parameters = "".join(f", {parameter.name}" for parameter in operation.parameters)
@@ -101,7 +101,7 @@ def missing_operations(chart: Chart, missing: Iterable[Operation]) -> FsmkitErro
 
 
 def find(operations: object, name: str) -> Callable[..., Any] | None:
-    """Return what an object, or a mapping of functions, has under a name."""
+    """Return the attribute `name` of an object, or the item `name` of a mapping."""
     identifier = _identifier(name)
     if isinstance(operations, Mapping):
         found = operations.get(name, operations.get(identifier))
@@ -111,7 +111,7 @@ def find(operations: object, name: str) -> Callable[..., Any] | None:
 
 
 def _identifier(name: str) -> str:
-    """Return what a name, which may be one of a copy with dots, is called in Python."""
+    """Return the Python identifier of a name. Names of copies contain dots."""
     return re.sub(r"\W", "_", name)
 
 

@@ -1,4 +1,4 @@
-"""Reports on the jitter of real-time loops: percentiles, and a picture of several at once."""
+"""Report the jitter of real-time loops: percentiles, and one chart for several reports."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ PERCENTILES = (5_000, 9_900, 9_990)
 
 @dataclass(frozen=True, slots=True)
 class Latency:
-    """How late the cycles of a loop began.
+    """The histogram of how late the cycles of a loop started.
 
     Attributes:
-        name: Of the report.
-        counts: Ranges of lateness in ns, ``least`` inclusive, ``below`` exclusive, and how many
-            cycles were late by so much; in ascending order, without empty ones.
-        worst: The greatest lateness in ns.
-        cycles: All cycles; those that a report left out of its histogram are included.
-        overruns: Cycles that ended after the next deadline, or None where that is not measured.
+        name: Name of the report.
+        counts: Ranges of lateness in ns (``least`` inclusive, ``below`` exclusive) with the number
+            of cycles in each; ascending, without empty ranges.
+        worst: Maximum lateness in ns.
+        cycles: Number of all cycles, including those that the report's histogram omits.
+        overruns: Cycles that ended after the next deadline, or None if not measured.
         reasons: Overruns by reason.
 
     """
@@ -64,7 +64,7 @@ def read_latency(path: Path) -> Latency:
         # A program may print more after the report, which is one line.
         document = parse_json(first if first.endswith("}") else text)
     except ValueError as error:
-        raise _foreign(path, f"it is no JSON: {error}") from error
+        raise _foreign(path, f"it is not JSON: {error}") from error
     try:
         if isinstance(document, dict) and document.get("kind") == "fsm_posix":
             return _of_loop(path.stem, document)
@@ -78,7 +78,7 @@ def read_latency(path: Path) -> Latency:
 def _foreign(path: Path, reason: str) -> FsmkitError:
     return fail(
         "bad-latency-report",
-        f"`{path}` is no report of `fsm_posix_print_json` or `cyclictest --json`: {reason}",
+        f"`{path}` is not a report of `fsm_posix_print_json` or `cyclictest --json`: {reason}",
         help="print it anew; of cyclictest with a histogram: cyclictest -h 5000 --json=FILE",
     )
 

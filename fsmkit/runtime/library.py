@@ -1,4 +1,4 @@
-"""The folders of the libraries that generated machines stand on, as they are installed."""
+"""Locate the installed folders of the libraries that generated machines use."""
 
 from pathlib import Path
 

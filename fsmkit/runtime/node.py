@@ -1,7 +1,8 @@
 """A node of a deployment in Python: its machines in the interpreter, and its link.
 
-A cycle is that of the generated C (``<node>_cycle``): the levels of other nodes become inputs, the
-events that came are posted, the machines run until they rest, and what crosses nodes is sent.
+A cycle equals that of the generated C (``<node>_cycle``). The levels of other nodes become inputs,
+received events are posted, the machines run until they are quiet, and events for other nodes are
+sent.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from fsmkit.runtime.interpreter.macrostep import initial
 from fsmkit.runtime.interpreter.run import has_room
 from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Occurrence
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import Answering, LinkKind, TranslatorKind
+from fsmkit.runtime.links.link import LinkKind, OperationTranslator, TranslatorKind
 from fsmkit.runtime.links.opening import open_link
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.deployment.deployment import Deployment
@@ -34,20 +35,20 @@ class Node(AbstractContextManager["Node"]):
     """The machines of a node, and its link to the other nodes.
 
     Args:
-        deployment: What `fsmkit.read` returns.
+        deployment: The result of `fsmkit.read`.
         name: The node.
-        session: Another number for each start of the program, 1 to 2^32 - 1; as a rule the time.
-        operations: By machine, an object with a method for each operation of its chart, or a
-            mapping of functions. An operation that is connected to an event needs none.
-        kind: What carries frames between the nodes of fsmkit; None: what the deployment says.
-        options: Those of the kind.
-        foreign: By foreign node, options of its carrier besides those of the deployment.
-        faults: Seeded faults of what arrives.
+        session: A different number for each start of the program, 1 to 2^32 - 1; usually the time.
+        operations: For each machine, an object with a method for each operation of its chart, or a
+            mapping of functions. An operation connected to an event needs none.
+        kind: The transport between the fsmkit nodes; None: that of the deployment.
+        options: Options of the kind.
+        foreign: Additional options of the translators, by third-party node.
+        faults: Seeded faults of arriving frames.
         seed: Picks the delays that a chart gives as intervals.
 
     Raises:
         FsmkitError: ``missing-operation``; ``different-ticks``; ``link-not-opened``.
-        ValueError: There is no node of this name, or it is a foreign one; ``operations`` are of a
+        ValueError: The node does not exist or is a third-party node, or ``operations`` names a
             machine that the node does not have.
 
     """
@@ -68,12 +69,12 @@ class Node(AbstractContextManager["Node"]):
         self.deployment = deployment
         self.place = deployment.map.node(name)
         if self.place not in deployment.own_nodes:
-            raise ValueError(f"the node `{name}` is foreign: its machines only model it")
+            raise ValueError(f"the node `{name}` is a third-party node: its machines only model it")
         self.system = deployment.part(self.place)
         names = [machine.name for machine in self.system.machines]
         if unknown := sorted(set(operations or {}).difference(names)):
             raise ValueError(f"`{name}` has no machine `{unknown[0]}`, only {', '.join(names)}")
-        time_unit(self.system)  # all count time alike, or it says that they do not
+        time_unit(self.system)  # raises unless all machines have the same tick
         self.machines = SystemSession(self.system, self._answers(operations or {}, seed), seed=seed)
         """The machines; their clock is the time of the last cycle, in ticks."""
         self.lost = 0
@@ -98,8 +99,8 @@ class Node(AbstractContextManager["Node"]):
         self._levels = tuple(
             (wire, level) for wire, level in levels if level.receiver == self.place
         )
-        """Those that come from other nodes."""
-        for wire, _ in self._levels:  # an input begins as the output there
+        """Inputs that other nodes drive."""
+        for wire, _ in self._levels:  # the initial value of an input is that of the output
             sender = deployment.system.machines[wire.source]
             data = initial(sender.chart).data
             self._drive(wire, written_value(sender, sender.chart, data, wire.output))
@@ -107,21 +108,21 @@ class Node(AbstractContextManager["Node"]):
         self._left: Message | None = None
         self._answered: list[Happening] = []
         for translator in self.link.translators:
-            if isinstance(translator, Answering):
+            if isinstance(translator, OperationTranslator):
                 translator.answer = self._answer
 
     def cycle(self, now: int) -> list[Happening]:
-        """Do a cycle at a time (ticks since the start), and return what the machines did.
+        """Run one cycle at time `now` (ticks since the start); return the steps of the machines.
 
-        ``ValueError`` if the time goes back. The first cycle starts the machines. An event for
-        whose machine's queue there is no room waits in the link until the machines have run.
+        The first cycle starts the machines. An event for a full queue waits in the link until the
+        machines have run. Raises `ValueError` if the time decreases.
         """
         if now < self.machines.now:
             raise ValueError(f"time does not go back: {now} after {self.machines.now}")
         done: list[Happening] = []
         if not self._is_started:
             self._is_started = True
-            done += self._passed_on(self.machines.start())
+            done += self._send_events(self.machines.start())
         self.link.begin_cycle()
         done += self._answered
         self._answered = []
@@ -131,7 +132,7 @@ class Node(AbstractContextManager["Node"]):
         goes_on = True
         while goes_on:
             goes_on = self._post_all()
-            done += self._passed_on(self.machines.run(now))
+            done += self._send_events(self.machines.run(now))
             goes_on = goes_on and self._left is not None
         self.link.end_cycle(self._own_levels())
         return done
@@ -143,10 +144,10 @@ class Node(AbstractContextManager["Node"]):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # --- what comes ----------------------------------------------------------------------------
+    # --- receiving ----------------------------------------------------------------------------
 
     def _post_all(self) -> bool:
-        """Post what has come; False if nothing could be posted. What finds no room is kept."""
+        """Post the received events, and keep those that do not fit; return whether any did."""
         has_posted = False
         while True:
             message = self._left or self.link.receive()
@@ -172,17 +173,17 @@ class Node(AbstractContextManager["Node"]):
         happened, is_handled, reply = self.machines.dispatch(
             message.target.machine, Occurrence(event, values)
         )
-        self._answered += self._passed_on(happened)
+        self._answered += self._send_events(happened)
         return is_handled, reply
 
     def _drive(self, wire: InputLink, value: Value) -> None:
         machine = self.deployment.system.machines[wire.target].name
         self.machines.drive(machine, wire.input, value)
 
-    # --- what goes -----------------------------------------------------------------------------
+    # --- sending -----------------------------------------------------------------------------
 
-    def _passed_on(self, happened: list[Happening]) -> list[Happening]:
-        """Send what left the machines for other nodes."""
+    def _send_events(self, happened: list[Happening]) -> list[Happening]:
+        """Send the events that left the machines for other nodes."""
         for happening in happened:
             chart = self._chart(happening.machine)
             for effect in happening.macrostep.effects:

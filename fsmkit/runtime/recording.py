@@ -1,6 +1,6 @@
-"""What a machine in C recorded: its ring of transitions, and its log (see ``fsm_trace.h``).
+"""Read what a machine in C recorded: its ring of transitions and its log (see ``fsm_trace.h``).
 
-The interpreter repeats a log, and must do the same.
+The interpreter replays a log and compares its own steps with those of the C.
 """
 
 from __future__ import annotations
@@ -14,7 +14,14 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.language import Field, Value
 from fsmkit.plan.image import Image, codes, head, image_of, size_of
 from fsmkit.runtime.interpreter import Macrostep
-from fsmkit.runtime.interpreter.snapshot import Called, Occurrence, Post, Ran, Snapshot, Taken
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    InvokedMacrostep,
+    Occurrence,
+    Post,
+    Snapshot,
+    Taken,
+)
 from fsmkit.runtime.interpreter.trace import trace_lines, value_text
 from fsmkit.runtime.script import Player, read_line, script_texts
 from fsmkit.runtime.snapshot_bytes import unpack_values
@@ -27,8 +34,8 @@ START, RUN, DISPATCH, POST, CALLED, TAKEN, END, RESTORE = range(1, 9)
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
-    """An item of the log of a step: an operation called, with its result, or a transition taken."""
+class LogEntry:
+    """An entry of the log: a call of an operation with its result, or a transition taken."""
 
     machine: int
     """0, or the number of a machine in a slot (see `machines_of`)."""
@@ -46,25 +53,25 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What a host did, as lines of a script; what happened then, in order."""
+    """A call by the host as lines of a script, with the log entries of its step in order."""
 
     lines: tuple[str, ...]
     at: int
-    """Where it begins in the log, in bytes."""
+    """Offset in the log, in bytes."""
     was_refused: bool = False
-    """Of a posted event."""
-    happened: list[Happened] = field(default_factory=list)
+    """Whether the queue rejected the posted event."""
+    happened: list[LogEntry] = field(default_factory=list)
     posted: list[tuple[int, str]] = field(default_factory=list)
-    """Events that operations posted meanwhile, and how many calls of operations had ended then."""
+    """Events that operations posted, each with the number of calls completed before it."""
 
     @property
-    def operations(self) -> list[Happened]:
-        """The calls of operations."""
+    def operations(self) -> list[LogEntry]:
+        """Return the calls of operations."""
         return [each for each in self.happened if each.operation is not None]
 
 
 def machines_of(chart: Chart) -> tuple[Chart, ...]:
-    """Return a chart, then those in its slots, each before those within it."""
+    """Return a chart and the charts of its slots, in depth-first order."""
     within = (machines_of(invocation.chart) for invocation in chart.invocations)
     return (chart, *(inner for charts in within for inner in charts))
 
@@ -73,9 +80,9 @@ def machines_of(chart: Chart) -> tuple[Chart, ...]:
 
 
 def ring_lines(chart: Chart, data: bytes) -> Iterator[str]:
-    """Yield a line for each transition of a dumped ring; first how many are lost, if any."""
+    """Yield a line for each transition of a dumped ring, preceded by the number of lost records."""
     if not data.startswith(RING) or (len(data) - 8) % RECORD.size:
-        raise _unreadable("it is no dump of a ring", len(data))
+        raise _unreadable("it is not a dump of a ring", len(data))
     (count,) = struct.unpack_from("<I", data, 4)
     records = list(RECORD.iter_unpack(data[8:]))
     if count > len(records):
@@ -97,38 +104,38 @@ def ring_lines(chart: Chart, data: bytes) -> Iterator[str]:
 # --- the log ----------------------------------------------------------------------------------
 
 
-def calls(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Call]:
-    """Yield what the host did with one machine: that of an instance, or the first of the chart.
+def host_calls(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Call]:
+    """Yield the host's calls of one machine: that of `instance`, or the first one of the chart.
 
-    A log may end within a record: what is left of it is not there. `FsmkitError` for what is no
-    log, or that of another chart.
+    An incomplete record at the end of the log is ignored. Raises `FsmkitError` if `data` is not a
+    log, or is the log of another chart.
     """
     begin = 0
     if instance is None:
-        begin, instance = _first_of(chart, data)
+        begin, instance = _first_machine(chart, data)
     reader = CallReader({instance: chart}, begin)
     yield from (call for _, call in reader.feed(data[begin:]))
     yield from (call for _, call in reader.unfinished())
 
 
-def _first_of(chart: Chart, data: bytes) -> tuple[int, int]:
-    """Return where the first machine of a chart begins, and its instance."""
+def _first_machine(chart: Chart, data: bytes) -> tuple[int, int]:
+    """Return the offset of the first machine of a chart in the log, and its instance."""
     for kind, body, at in _records(data):
-        if kind in (START, RESTORE) and _is_of(chart, kind, body):
+        if kind in (START, RESTORE) and _is_machine_of(chart, kind, body):
             return at, int.from_bytes(body[:2], "little")
     raise fail(
         "foreign-log",
-        f"the log does not tell of the start of a `{chart.name}`, nor that one was restored",
+        f"the log contains neither a start nor a restoration of a `{chart.name}`",
         help="log from the start on, and replay with the chart that was compiled",
     )
 
 
 class CallReader:
-    """Finds what a host does with machines in a log, piece by piece, as it is written.
+    """Read the host's calls from a log, in pieces of any size.
 
     Args:
-        charts: The charts of the machines, by instance; the others are passed over.
-        at: Where the log begins in its file, for findings.
+        charts: Charts of the machines, by instance; other machines are skipped.
+        at: Offset of the first piece in the log, for findings.
 
     """
 
@@ -141,9 +148,9 @@ class CallReader:
         self._open: list[tuple[int, Call | None]] = []
 
     def feed(self, data: bytes) -> Iterator[tuple[int, Call]]:
-        """Yield instances and the calls that have ended; `FsmkitError` as `calls`.
+        """Yield each completed call with its instance; raises `FsmkitError` like `host_calls`.
 
-        To be exhausted before it is fed again.
+        Exhaust the iterator before the next call.
         """
         data = self._left + data
         end = 0
@@ -154,7 +161,7 @@ class CallReader:
         self._left = data[end:]
 
     def unfinished(self) -> Iterator[tuple[int, Call]]:
-        """Yield the calls that have begun and not ended."""
+        """Yield the calls that have started and not ended."""
         yield from ((number, call) for number, call in self._open if call is not None)
 
     def _take(self, kind: int, body: bytes, at: int) -> Iterator[tuple[int, Call]]:
@@ -162,7 +169,11 @@ class CallReader:
             number = int.from_bytes(body[:2], "little")
             images = self._images.get(number)
             chart = images[0].chart if images else None
-            if chart is not None and kind in (START, RESTORE) and not _is_of(chart, kind, body):
+            if (
+                chart is not None
+                and kind in (START, RESTORE)
+                and not _is_machine_of(chart, kind, body)
+            ):
                 raise fail(
                     "foreign-log",
                     f"the log is of another chart than `{chart.name}` as it is now",
@@ -184,11 +195,11 @@ class CallReader:
         elif self._open:
             number, open_ = self._open[-1]
             if open_ is not None:
-                open_.happened.append(_happened(self._images[number], kind, body, at))
+                open_.happened.append(_log_entry(self._images[number], kind, body, at))
 
 
-def _is_of(chart: Chart, kind: int, body: bytes) -> bool:
-    """Whether a machine that is started or restored is of a chart."""
+def _is_machine_of(chart: Chart, kind: int, body: bytes) -> bool:
+    """Return whether a record of a start or restoration is of a machine of `chart`."""
     start = head(chart)
     return body.endswith(start[4:]) if kind == START else body[6:].startswith(start)
 
@@ -198,7 +209,7 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
     while at + 3 <= len(data):
         kind, size = struct.unpack_from("<BH", data, at)
         if not START <= kind <= RESTORE:
-            raise _unreadable(f"there is no record of kind {kind}", at)
+            raise _unreadable(f"records of kind {kind} do not exist", at)
         if at + 3 + size > len(data):
             return
         yield kind, data[at + 3 : at + 3 + size], at
@@ -208,7 +219,7 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes, int]]:
 def _unreadable(why: str, at: int) -> FsmkitError:
     return fail(
         "unreadable-log", f"the log cannot be read at byte {at}: {why}",
-        help="keep all that `fsm_log_write` is given, in order",
+        help="store all bytes passed to `fsm_log_write`, in order",
     )  # fmt: skip
 
 
@@ -243,40 +254,40 @@ def _event(image: Image, body: bytes) -> str:
     return " ".join((event.name, *map(value_text, values)))
 
 
-def _happened(images: Sequence[Image], kind: int, body: bytes, at: int) -> Happened:
+def _log_entry(images: Sequence[Image], kind: int, body: bytes, at: int) -> LogEntry:
     try:
         machine, number = struct.unpack_from("<HH", body)
         if kind == TAKEN:
-            return Happened(machine, transition=number)
+            return LogEntry(machine, transition=number)
         image = images[machine]
         operation = image.chart.operations[number]
         if operation.result is None:
-            return Happened(machine, operation.name)
+            return LogEntry(machine, operation.name)
         (result,) = unpack_values(image, (Field("result", operation.result),), body[4:])
     except (ValueError, IndexError, struct.error) as error:
         raise _unreadable(str(error), at) from error
-    return Happened(machine, operation.name, result)
+    return LogEntry(machine, operation.name, result)
 
 
-class PartedError(Exception):
+class DivergenceError(Exception):
     """The interpreter calls an operation that the machine in C did not call then."""
 
 
 @dataclass
 class LogHost:
-    """Operations that return what the log says; they must be called in its order."""
+    """A host whose operations return the results in a log; they must be called in its order."""
 
-    left: list[Happened] = field(default_factory=list)
+    left: list[LogEntry] = field(default_factory=list)
     posts: list[tuple[int, Occurrence]] = field(default_factory=list)
-    """Events that the operation posts before which so many calls have ended."""
+    """Events to post, each with the number of calls completed before it."""
     ended: int = 0
     state: int = 0
-    """For scripts; a log needs no random numbers."""
+    """Seed for scripts; unused with a log."""
     chart: Chart | None = None
     post: Post | None = None
 
     def accept_posts(self, chart: Chart, post: Post) -> None:
-        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        """Store the function that posts to the machine; invoked machines have their own."""
         if chart is self.chart:
             self.post = post
 
@@ -287,18 +298,18 @@ class LogHost:
             self.post(self.posts.pop(0)[1])
         self.ended += 1
         if not self.left or self.left[0].operation != operation:
-            raise PartedError(operation)
+            raise DivergenceError(operation)
         return self.left.pop(0).result
 
     def delay(self, least: int, greatest: int) -> int:
-        """Return the least delay: generated code has no other."""
+        """Return the minimum delay; generated code has no other."""
         del greatest
         return least
 
 
 @dataclass(frozen=True, slots=True)
-class Performed:
-    """A line of a script that a host did, what came of it, and the machine after it."""
+class ReplayedLine:
+    """A script line replayed from the log, its macrosteps, and the machine afterwards."""
 
     line: str
     results: tuple[Macrostep | str, ...]
@@ -308,8 +319,8 @@ class Performed:
 
 
 def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[str]:
-    """Yield the interpreter's trace of a log; `FsmkitError` where it does not do as the C did."""
-    for performed in perform(chart, data, instance):
+    """Yield the interpreter's trace of a log; raises `FsmkitError` if it diverges from the C."""
+    for performed in replay_lines(chart, data, instance):
         for result in performed.results:
             if isinstance(result, str):
                 yield result
@@ -317,25 +328,25 @@ def replay(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[s
                 yield from trace_lines(chart, (result,))
 
 
-def perform(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[Performed]:
-    """Do in the interpreter what a log says; `FsmkitError` where it does not do as the C did."""
-    repeater = Repeater(chart)
-    for call in calls(chart, data, instance):
+def replay_lines(chart: Chart, data: bytes, instance: int | None = None) -> Iterator[ReplayedLine]:
+    """Replay a log in the interpreter; raises `FsmkitError` if it diverges from the C."""
+    repeater = Replayer(chart)
+    for call in host_calls(chart, data, instance):
         yield from repeater.repeat(call)
 
 
-class Repeater:
-    """The interpreter does what a machine in C did; both must do the same."""
+class Replayer:
+    """Replays the calls of a machine in C, and requires equal steps."""
 
     def __init__(self, chart: Chart) -> None:
         self.player = Player(chart)
         self._host = LogHost(chart=chart)
         self.player.host = self._host  # type: ignore[assignment]
 
-    def repeat(self, call: Call) -> Iterator[Performed]:
-        """Yield what each line of a call does.
+    def repeat(self, call: Call) -> Iterator[ReplayedLine]:
+        """Yield the result of each line of a call.
 
-        `FsmkitError` (``replay-parts``) where it does not do as the C did.
+        Raises `FsmkitError` (``replay-parts``) if the steps differ from those of the C.
         """
         self._host.left, self._host.ended = call.operations, 0
         self._host.posts = [(ended, self._event(event)) for ended, event in call.posted]
@@ -346,37 +357,37 @@ class Repeater:
                 results = self.player.play(line)
                 refused = refused or "full queue" in results
                 steps += [result for result in results if isinstance(result, Macrostep)]
-                yield Performed(line.value, results, self.player.snapshot, self.player.now)
+                yield ReplayedLine(line.value, results, self.player.snapshot, self.player.now)
             late = call.posted[len(call.posted) - len(self._host.posts) :]
             for line in script_texts([f"post {event}" for _, event in late], "<log>"):
                 results = self.player.play(line)
-                yield Performed(line.value, results, self.player.snapshot, self.player.now)
-        except PartedError as parted:
+                yield ReplayedLine(line.value, results, self.player.snapshot, self.player.now)
+        except DivergenceError as parted:
             made = len(call.operations) - len(self._host.left)
             then = str(self._host.left[0]) if self._host.left else "no operation"
-            _part(call, f"calls `{parted}`", f"{then} as the {made + 1}. call")
-        _compare(self.player.chart, call, steps, refused=refused)
+            _divergence(call, f"calls `{parted}`", f"{then} as the {made + 1}. call")
+        _require_equal(self.player.chart, call, steps, refused=refused)
 
     def _event(self, event: str) -> Occurrence:
         (line,) = script_texts([f"post {event}"], "<log>")
         return read_line(self.player.chart, line).event
 
 
-def _compare(chart: Chart, call: Call, steps: Sequence[Macrostep], *, refused: bool) -> None:
+def _require_equal(chart: Chart, call: Call, steps: Sequence[Macrostep], *, refused: bool) -> None:
     """Stop at the first thing that the machine in C did differently in one call of the host."""
     if refused != call.was_refused:
-        reaction = ("took the event", "refused the event")
-        _part(call, reaction[refused], reaction[call.was_refused])
-    here = [each for step in steps for each in recorded_of(chart, step)]
+        reaction = ("took the event", "rejected the event")
+        _divergence(call, reaction[refused], reaction[call.was_refused])
+    here = [each for step in steps for each in log_entries_of(chart, step)]
     there = call.happened
     for place in range(max(len(here), len(there))):
         one = here[place] if place < len(here) else None
         other = there[place] if place < len(there) else None
         if one != other:
-            _part(call, f"does: {one or 'nothing more'}", f"did: {other or 'nothing more'}")
+            _divergence(call, f"does: {one or 'nothing more'}", f"did: {other or 'nothing more'}")
 
 
-def _part(call: Call, here: str, there: str) -> None:
+def _divergence(call: Call, here: str, there: str) -> None:
     raise fail(
         "replay-parts",
         f"at byte {call.at} of the log, in `{call.lines[-1]}`, "
@@ -385,7 +396,7 @@ def _part(call: Call, here: str, there: str) -> None:
     )
 
 
-def recorded_of(chart: Chart, step: Macrostep, first: int = 0) -> Iterator[Happened]:
+def log_entries_of(chart: Chart, step: Macrostep, first: int = 0) -> Iterator[LogEntry]:
     """Yield the items of a log for a macrostep; ``first``: the number of the machine."""
     numbers = []
     number = first + 1
@@ -395,10 +406,10 @@ def recorded_of(chart: Chart, step: Macrostep, first: int = 0) -> Iterator[Happe
     for effect in step.effects:
         match effect:
             case Taken(transition):
-                yield Happened(first, transition=transition)
+                yield LogEntry(first, transition=transition)
             case Called(operation, _, result):
-                yield Happened(first, operation, result)
-            case Ran(slot, within):
-                yield from recorded_of(chart.invocations[slot].chart, within, numbers[slot])
+                yield LogEntry(first, operation, result)
+            case InvokedMacrostep(slot, within):
+                yield from log_entries_of(chart.invocations[slot].chart, within, numbers[slot])
             case _:
                 pass

@@ -26,7 +26,7 @@ def save(chart: Chart, snapshot: Snapshot) -> dict[str, Any]:
 
 
 def _save(chart: Chart, snapshot: Snapshot, now: int) -> dict[str, Any]:
-    """Save a machine; what it invoked lives at its time, and is saved in the order of the slots."""
+    """Save a machine; invoked machines have its time and follow in the order of their slots."""
     variables = (*chart.data, *chart.outputs)
     invoked = [
         None if child is None else _save(invocation.chart, child, now)

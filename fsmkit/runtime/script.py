@@ -1,14 +1,13 @@
-"""Scripts: what a host does with a machine, line by line, the same for every runtime.
+"""Scripts: the calls of a host line by line, with the same effect on every runtime.
 
-Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v1``
-(which also returns how it was handled), ``input NAME VALUE``,
-``run NOW``, ``at NOW`` (for the next ``dispatch``), ``within N EVENT v1`` (the operation that is
-called as the Nth from here posts the event), ``returns OPERATION v1 v2`` (the results of an
-operation from here on, one a call; the last one stays), ``seed N``, ``dump``, ``save``,
-``restore NOW`` (a new machine takes the place of the one that was saved last), or
-``restore NOW BYTES``. Times are ticks modulo 2^32.
-Other operations return pseudo-random values, the same in every harness: values of their ``from``
-list if they have one, else any value of their type.
+Lines: ``start NOW``, ``post EVENT v1 v2``, ``dispatch EVENT v1``, ``ask EVENT v1`` (a dispatch
+that also returns how it was handled), ``input NAME VALUE``, ``run NOW``, ``at NOW`` (the time of
+the next ``dispatch``), ``within N EVENT v1`` (the Nth next call of an operation posts the event),
+``returns OPERATION v1 v2`` (the next results of an operation, one per call; the last one repeats),
+``seed N``, ``dump``, ``save``, ``restore NOW`` (a new machine replaces the one that was saved
+last), and ``restore NOW BYTES``. Times are ticks modulo 2^32.
+Other operations return pseudo-random values, equal in every harness: values of their ``from`` list
+if they have one, else any value of their type.
 """
 
 from __future__ import annotations
@@ -38,15 +37,15 @@ LARGEST_RANGE = 2**22
 
 
 @dataclass(slots=True)
-class Within:
-    """An event that the host posts within one of the next calls of operations."""
+class PostDuringCall:
+    """An event that the host posts during one of the next calls of operations."""
 
     calls: int = 0
     """Calls up to and including that one; 0: nothing is posted."""
     occurrence: Occurrence = NOTHING
 
-    def called(self) -> bool:
-        """Count a call; return whether it is the one that posts the event."""
+    def count_call(self) -> bool:
+        """Count a call; return whether this call posts the event."""
         if self.calls == 0:
             return False
         self.calls -= 1
@@ -58,10 +57,10 @@ class SeededHost:
 
     def __init__(self, chart: Chart, seed: int = 1) -> None:
         self.state = seed
-        self.within = Within()
+        self.within = PostDuringCall()
         """The event that an operation posts."""
         self.given: Mapping[str, tuple[lang.Value, ...]] = {}
-        """What operations return, one value a call; the last one stays. It is never changed."""
+        """Results of operations, one per call; the last one repeats. Never modified in place."""
         self._chart = chart
         self._post: Post | None = None
         self._operations = every_operation(chart)
@@ -69,7 +68,7 @@ class SeededHost:
     def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
         """Return the next result of an operation."""
         del arguments
-        if self.within.called() and self._post is not None:
+        if self.within.count_call() and self._post is not None:
             self._post(self.within.occurrence)
         return self.result(operation)
 
@@ -92,12 +91,12 @@ class SeededHost:
         return self.state
 
     def accept_posts(self, chart: Chart, post: Post) -> None:
-        """Take the function that posts to the machine of a step; those that it invokes get none."""
+        """Store the function that posts to the machine; invoked machines have their own."""
         if chart is self._chart:
             self._post = post
 
     def delay(self, least: int, greatest: int) -> int:
-        """Return how long a delay takes that a chart of an environment gives as an interval."""
+        """Return a pseudo-random delay within the interval of an environment chart."""
         return least + (self._next() >> 8) % (greatest - least + 1)
 
     def value(self, type_: lang.Type) -> lang.Value:
@@ -149,7 +148,7 @@ class Player:
         """Ticks; not wrapped: the interpreter compares times as numbers."""
 
     def trace(self, line: Text) -> Iterator[str]:
-        """Do what a line says and yield the trace of it."""
+        """Execute a line and yield its trace."""
         for told in self.play(line):
             if isinstance(told, str):
                 yield told
@@ -157,7 +156,7 @@ class Player:
                 yield from trace_lines(self.chart, (told,))
 
     def play(self, line: Text) -> tuple[Macrostep | str, ...]:
-        """Do what a line says; return the macrosteps, or the lines of a trace that are not one."""
+        """Execute a line; return its macrosteps, and trace lines that belong to no macrostep."""
         read = read_line(self.chart, line)
         match read.verb:
             case "start":
@@ -181,7 +180,7 @@ class Player:
                 inputs = (*inputs[:place], read.value, *inputs[place + 1 :])
                 self.snapshot = replace(self.snapshot, inputs=inputs)
             case "within":
-                self.host.within = Within(read.number, read.event)
+                self.host.within = PostDuringCall(read.number, read.event)
             case "returns":
                 self.host.given = {**self.host.given, read.name: read.results}
             case "seed":
@@ -235,7 +234,7 @@ KNOWN = (
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of a script, read: what its verb needs."""
+    """A parsed script line: the arguments of its verb."""
 
     verb: str
     number: int = 0
@@ -244,12 +243,12 @@ class Line:
     value: lang.Value = 0
     data: bytes = b""
     name: str = ""
-    """Of an operation."""
+    """Results of the operation."""
     results: tuple[lang.Value, ...] = ()
 
 
 def read_line(chart: Chart, line: Text) -> Line:
-    """Read a line of a script; `FsmkitError` (``wrong-script-line``) for what is none."""
+    """Parse a script line; raises `FsmkitError` (``wrong-script-line``) if it is invalid."""
     words = iter(tokens(line.value))
     match verb := next(words, ""):
         case "start" | "run" | "at" | "seed":
@@ -270,7 +269,7 @@ def read_line(chart: Chart, line: Text) -> Line:
         case "dump" | "save":
             read = Line(verb)
         case _:
-            raise wrong_line(line, f"there is no script line `{verb}`", KNOWN)
+            raise wrong_line(line, f"`{verb}` is not a script line", KNOWN)
     if next(words, None) is not None:
         raise wrong_line(line, "there are words left at the end of the line", KNOWN)
     return read
@@ -279,7 +278,7 @@ def read_line(chart: Chart, line: Text) -> Line:
 def _number(words: Iterator[str], line: Text) -> int:
     word = next(words, "")
     if not word.isdecimal():
-        raise wrong_line(line, f"`{word}` is no number", KNOWN)
+        raise wrong_line(line, f"`{word}` is not a number", KNOWN)
     return int(word)
 
 
@@ -289,7 +288,9 @@ def _bytes(words: Iterator[str], line: Text) -> bytes:
     try:
         return bytes.fromhex(word)
     except ValueError as error:
-        raise wrong_line(line, f"`{word}` are no bytes in hexadecimal", KNOWN) from error
+        raise wrong_line(
+            line, f"`{word}` is not a sequence of bytes in hexadecimal", KNOWN
+        ) from error
 
 
 def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
@@ -300,13 +301,15 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
         known = [event.name for event in chart.events if is_received(event)]
         raise unknown_name(line, "event", name, known)
     fields = chart.events[index].fields
-    rest = _in_order(list(words), [field.name for field in fields])
+    rest = _sort_arguments(list(words), [field.name for field in fields])
     payload: list[lang.Value] = []
     for field in fields:
         try:
             payload.append(read_value(rest, field.type, chart.capacities.tick))
         except ValueError as error:
-            advice = f"write `{name} {' '.join(f'{f.name}={_such(f.type)}' for f in fields)}`"
+            advice = (
+                f"write `{name} {' '.join(f'{f.name}={_example_value(f.type)}' for f in fields)}`"
+            )
             raise wrong_line(line, f"`{field.name}` of `{name}` {error}", advice) from error
     left = next(rest, None)
     if left is not None:
@@ -316,7 +319,7 @@ def read_event(chart: Chart, words: Iterator[str], line: Text) -> Occurrence:
 
 
 def is_received(event: Event) -> bool:
-    """Whether a host may post an event: not those of the platform, nor those that only go out."""
+    """Return whether a host may post an event: neither a platform event nor an output."""
     return bool(event.directions) and event.directions != {Direction.OUT}
 
 
@@ -330,7 +333,7 @@ def read_input(chart: Chart, words: Iterator[str], line: Text) -> tuple[int, lan
     try:
         return place, read_value(words, chart.inputs[place].type, chart.capacities.tick)
     except ValueError as error:
-        advice = f"write `set {name} {_such(chart.inputs[place].type)}`"
+        advice = f"write `set {name} {_example_value(chart.inputs[place].type)}`"
         raise wrong_line(line, f"`{name}` {error}", advice) from error
 
 
@@ -352,7 +355,7 @@ def read_results(
         try:
             results.append(read_value(chain(head, words), type_, chart.capacities.tick))
         except ValueError as error:
-            advice = f"write `{name} returns {_such(type_)}`"
+            advice = f"write `{name} returns {_example_value(type_)}`"
             raise wrong_line(line, f"the result of `{name}` {error}", advice) from error
         first = next(words, None)
     return name, tuple(results)
@@ -363,20 +366,20 @@ def is_returns(words: Sequence[str]) -> bool:
     return len(words) > 1 and words[1] == "returns"
 
 
-def _such(type_: lang.Type) -> str:
-    """Return how a value of a type may be written."""
+def _example_value(type_: lang.Type) -> str:
+    """Return an example of a value of type `type_`, for help."""
     value = lang.default_value(type_)
     return "..." if isinstance(value, tuple) else lang.spell_value(value, type_)
 
 
-def _in_order(words: list[str], names: list[str]) -> Iterator[str]:
-    """Return the words in the order of the names, where they are given as ``name=value``."""
+def _sort_arguments(words: list[str], names: list[str]) -> Iterator[str]:
+    """Return the words in the order of `names`, if they have the form ``name=value``."""
     given: dict[str, list[str]] = {}
     current = ""
     for word in words:
         name, equals, value = word.partition("=")
         if equals and name in names and name not in given:
-            current, word = name, value  # noqa: PLW2901  (what is left of it)
+            current, word = name, value  # noqa: PLW2901  (the value after the name)
         given.setdefault(current, []).extend([word] if word else [])
     if not any(name in given for name in names):
         return iter(words)
@@ -401,9 +404,9 @@ def unknown_name(line: Text, kind: str, name: str, known: Sequence[str]) -> Fsmk
 
 
 def help_for(kind: str, name: str, known: Sequence[str]) -> str | None:
-    """Return a way out for an unknown name.
+    """Return the help for an unknown name, or None.
 
-    An event may lie below one that the chart matches as a prefix of tokens.
+    An event may extend a prefix of tokens that the chart matches.
     """
     tokens = name.split(".")
     above = [".".join(tokens[:length]) for length in range(len(tokens) - 1, 0, -1)]

@@ -24,7 +24,13 @@ from fsmkit.runtime.host_methods import (
     missing_operations,
 )
 from fsmkit.runtime.interpreter.globals import Guard
-from fsmkit.runtime.interpreter.snapshot import Emitted, Macrostep, Occurrence, Ran, Snapshot
+from fsmkit.runtime.interpreter.snapshot import (
+    Emitted,
+    InvokedMacrostep,
+    Macrostep,
+    Occurrence,
+    Snapshot,
+)
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines
 from fsmkit.runtime.script import help_for, is_received
 
@@ -34,7 +40,7 @@ KEPT = 10_000
 
 
 class Recording(Protocol):
-    """What takes down the calls of a session (`fsmkit.runtime.tracing.recorder`)."""
+    """An observer that records the calls of a session (`fsmkit.runtime.tracing.recorder`)."""
 
     def started(self, before: Snapshot, step: Macrostep) -> None:
         """Take a start."""
@@ -70,15 +76,15 @@ class Session:
     """A machine that runs a chart.
 
     ``operations`` performs the chart's operations: an object with a method for each, or a mapping
-    of functions. Events that leave the machine go to its methods ``on_<event>`` (the payload
-    by name), to ``on_event``, and kept in ``sent``. ``clock`` gives the time (simulated unless
-    given). ``inputs`` holds values by name to begin with. The machine is started unless ``start``
-    is False.
-    ``keep`` is the number of macrosteps that ``trace`` remembers. ``seed`` picks the delays that a
-    chart of an environment gives as intervals. ``watch`` evaluates
-    guards, to see what decides them.
+    of functions. Events that leave the machine are passed to its methods ``on_<event>`` (payload
+    by name) and ``on_event``, and stored in ``sent``. ``clock`` is the time source (default:
+    simulated). ``inputs`` holds initial values by name. The machine is started unless ``start`` is
+    False.
+    ``keep`` is the number of macrosteps that ``trace`` stores. ``seed`` picks the delays that a
+    chart of an environment gives as intervals. ``watch`` evaluates guards, to observe their
+    decisions.
 
-    Enumeration members are their names, arrays lists, records dictionaries. Not thread-safe.
+    Enumeration members are strings, arrays lists, records dictionaries. Not thread-safe.
     """
 
     def __init__(
@@ -102,7 +108,7 @@ class Session:
         self.chart = chart
         self.clock: Clock = SimulatedClock() if clock is None else clock
         self.snapshot: Snapshot = interpreter.initial(chart)
-        """The machine as it is: a value that can be kept and put back."""
+        """The present state of the machine: a value that can be stored and set again."""
         self.trace: deque[Macrostep] = deque(maxlen=keep)
         self.sent: deque[Delivery] = deque(maxlen=keep)
         self.inputs: MutableMapping[str, object] = Inputs(self)
@@ -111,12 +117,12 @@ class Session:
         self._on_event = on_event
         self._is_stepping = False
         self.observers: list[Callable[[int, tuple[Macrostep, ...]], object]] = []
-        """Called whenever the machine changed, with 0 and the steps that it did.
+        """Called after each change of the machine, with 0 and its macrosteps.
 
-        As those of a `SystemSession`, which has several machines.
+        The observers of a `SystemSession` get the number of the machine instead of 0.
         """
         self.recorders: list[Recording] = []
-        """Take down each call of the host, with what it did."""
+        """Record each call of the host with its steps."""
         self.inputs.update(inputs or {})
         if start:
             self.start()
@@ -124,7 +130,7 @@ class Session:
     # --- running -------------------------------------------------------------------------------
 
     def start(self) -> tuple[Macrostep, ...]:
-        """Begin, or begin anew: data at their start values, inputs as they are."""
+        """Start or restart: data get their initial values, inputs keep their values."""
         with self._stepping("start"):
             before = self.snapshot
             done = interpreter.start(self.chart, self.now, self._host, before.inputs)
@@ -133,11 +139,11 @@ class Session:
         return self._finish((done,))
 
     def post(self, event: str, *values: object, **fields: object) -> bool:
-        """Put an event in the queue, its payload by position or by name.
+        """Append an event to the queue, with its payload by position or by name.
 
-        False: the queue is full, or the machine is not running. An operation may post, too: the
-        event enters the queue at once and is taken after the step, as in generated code. If the
-        step raises an exception, it has not happened, and the event is gone.
+        Return False if the queue is full or the machine is not running. An operation may post,
+        too: its event enters the queue immediately and is taken after the step, as in generated
+        code. If the step raises an exception, the step is undone and the event is discarded.
         """
         return self.enqueue(occurrence_of(self.chart, event, values, fields))
 
@@ -156,7 +162,7 @@ class Session:
         self._change(replace(self.snapshot, inputs=inputs))
 
     def run(self, now: int | None = None) -> tuple[Macrostep, ...]:
-        """Do all that is to be done until ``now`` (ticks; the clock's time unless given)."""
+        """Process all events and timers up to ``now`` (ticks; default: the clock's time)."""
         with self._stepping("run"):
             at = self.now if now is None else now
             before = self.snapshot
@@ -182,7 +188,7 @@ class Session:
         return self.run()
 
     def dispatch(self, event: str, *values: object, **fields: object) -> Outcome:
-        """Process one event at once, ahead of the queue; see `Outcome`."""
+        """Process one event immediately, ahead of the queue; see `Outcome`."""
         occurrence = occurrence_of(self.chart, event, values, fields)
         if not self.snapshot.running:
             return Outcome(handled=False)
@@ -207,12 +213,12 @@ class Session:
 
     @property
     def next_deadline(self) -> int | None:
-        """When the next timer is due, in ticks, if one is armed."""
+        """Return the deadline of the first timer in ticks, or None."""
         return interpreter.next_deadline(self.snapshot)
 
     @property
     def configuration(self) -> tuple[str, ...]:
-        """The active states in document order, the root left out."""
+        """The active states in document order, without the root."""
         return _configuration(self.chart, self.snapshot)
 
     @property
@@ -244,9 +250,9 @@ class Session:
 
     @property
     def invoked(self) -> dict[str, tuple[str, ...]]:
-        """The active states of the invoked machines that run, by the ids of their invocations.
+        """The active states of the running invoked machines, by the ids of their invocations.
 
-        What an invoked machine invoked has both ids, as in traces: ``outer: inner``.
+        Nested invocations have both ids, as in traces: ``outer: inner``.
         """
         return dict(_invoked(self.chart, self.snapshot))
 
@@ -269,7 +275,7 @@ class Session:
         return found[name]
 
     def trace_text(self) -> str:
-        """Return what happened, as lines (see `fsmkit.runtime.interpreter.trace`)."""
+        """Return the trace as lines (see `fsmkit.runtime.interpreter.trace`)."""
         return "\n".join(trace_lines(self.chart, self.trace))
 
     # --- saving --------------------------------------------------------------------------------
@@ -283,7 +289,7 @@ class Session:
         return snapshot_bytes.pack(self.chart, interpreter.at_time(self.snapshot, self.now))
 
     def restore(self, saved: Mapping[str, Any] | bytes) -> None:
-        """Go on from what `save` or `save_bytes` returned; another chart's is refused."""
+        """Continue from the result of `save` or `save_bytes`; rejects that of another chart."""
         with self._stepping("restore"):
             if isinstance(saved, bytes):
                 self._change(snapshot_bytes.unpack(self.chart, saved, self.now))
@@ -327,18 +333,18 @@ class Session:
         return interpreter.post(self.chart, self.snapshot, occurrence)
 
     def _change(self, snapshot: Snapshot, done: tuple[Macrostep, ...] = ()) -> None:
-        """Take another snapshot, after steps or without any, and tell the observers."""
+        """Set the snapshot, after steps or without any, and notify the observers."""
         self.snapshot = snapshot
         for observer in self.observers:
             observer(0, done)
 
     def _deliver_all(self, chart: Chart, macrostep: Macrostep) -> None:
-        """Tell of all events that left, also of those that invoked machines sent meanwhile."""
+        """Deliver all outgoing events, including those of invoked machines."""
         for effect in macrostep.effects:
             match effect:
                 case Emitted() if effect.is_leaving:
                     self._deliver(chart, effect)
-                case Ran(slot, within):
+                case InvokedMacrostep(slot, within):
                     self._deliver_all(chart.invocations[slot].chart, within)
                 case _:
                     pass
@@ -451,10 +457,10 @@ def _unknown(kind: str, name: str, known: Sequence[str]) -> FsmkitError:
 
 
 def bind(chart: Chart, clock: Callable[[], Clock] = SimulatedClock) -> Callable[[Class], Class]:
-    """Return a class decorator: each object gets a running `Session` as its ``machine``.
+    """Return a class decorator that gives each object a running `Session` as its ``machine``.
 
-    The machine starts when ``__init__`` has returned, on a clock made by ``clock``. Operations
-    without a method are an error when the class is defined.
+    The machine starts when ``__init__`` has returned, on the clock that ``clock`` returns. Missing
+    methods for operations are an error when the class is defined.
     """
 
     def decorate(cls: Class) -> Class:

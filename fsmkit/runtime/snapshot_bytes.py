@@ -1,4 +1,4 @@
-"""Snapshots as bytes: what generated C and Python save and restore, too (see `plan.image`)."""
+"""Encode snapshots in the format of generated C and Python (see `plan.image`)."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def pack(chart: Chart, snapshot: Snapshot) -> bytes:
 
 
 def unpack(chart: Chart, data: bytes, now: int) -> Snapshot:
-    """Return the snapshot; `FsmkitError` for damaged bytes and for those of another chart."""
+    """Return the snapshot; raises `FsmkitError` for damaged bytes and those of another chart."""
     if not is_sealed(data) or not data.startswith(MAGIC):
-        raise damaged(chart, "its checksum is wrong, or it is none")
+        raise damaged(chart, "its checksum is wrong, or it is not a snapshot")
     if not data.startswith(head(chart)):
         raise foreign(chart)
     image = image_of(chart)
@@ -74,9 +74,10 @@ def foreign(chart: Chart) -> FsmkitError:
 def unpack_values(
     image: Image, declared: Sequence[lang.Field], data: bytes, *, takes_foreign: bool = False
 ) -> tuple[lang.Value, ...]:
-    """Return the values; `ValueError` for bytes that stand for none.
+    """Return the values; raises `ValueError` for invalid bytes.
 
-    ``takes_foreign``: a symbol that the host of a machine in C made is ``?`` and its number there.
+    ``takes_foreign``: a symbol created by the host of a machine in C is returned as ``?`` and its
+    number.
     """
     reader = _Reader(image, data, 0)
     reader.takes_foreign = takes_foreign
@@ -203,7 +204,7 @@ class _Reader:
     def _state(self, region: Region) -> int:
         state = int(self._get("H"))
         if state and state not in region.states:
-            raise ValueError(f"{state} is no state of region {region.index}")
+            raise ValueError(f"{state} is not a state of region {region.index}")
         return state
 
     def machine(self) -> Snapshot:
@@ -341,7 +342,7 @@ class _Reader:
         count = self._count("B", room)
         found = [self._event() for _ in range(room)]
         if any((event is None) is (place < count) for place, event in enumerate(found)):
-            raise ValueError("a queue does not hold as many events as it says")
+            raise ValueError("a queue holds fewer events than its count")
         return tuple(event for event in found if event is not None)
 
     def _timers(self) -> tuple[Timer, ...]:
@@ -391,9 +392,9 @@ def fault_number(fault: str | None) -> int:
 def configuration_of(
     image: Image, numbers: Sequence[int], *, was_started: bool = False
 ) -> tuple[frozenset[int], tuple[tuple[int, frozenset[int]], ...]]:
-    """Return the active states and what histories hold, from the numbers of a saved machine.
+    """Return the active states and the recorded histories from the numbers of a saved machine.
 
-    ``numbers``: of the regions, then of what each history recorded of each region.
+    ``numbers``: one for each region, then one for each region of each history.
     """
     count = len(image.plan.regions)
     recorded: dict[int, set[int]] = {}
@@ -441,7 +442,7 @@ def _recorded(image: Image, history: int, region: int, states: frozenset[int]) -
 
 
 def _remembered(chart: Chart, history: int, states: set[int]) -> frozenset[int]:
-    """Return what a history remembers: children if it is shallow, atomic states if it is deep."""
+    """Return the recorded states of a history: children if shallow, atomic states if deep."""
     if chart.states[history].kind is Kind.DEEP_HISTORY:
         return frozenset(state for state in states if chart.states[state].is_leaf)
     parent = chart.states[chart.states[history].parent or 0]

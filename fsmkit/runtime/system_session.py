@@ -1,7 +1,7 @@
-"""A system run on a simulated clock, in the interpreter: one of the runs that `check` explores.
+"""Run a system on a simulated clock: one of the runs that `check` explores.
 
-The schedule is fixed: the machines of the environment answer first, then each machine in the order
-of the file runs until it is quiet; when all are, the clock goes on to the next deadline.
+The schedule is fixed. The machines of the environment run first, then each machine in the order of
+the file until it is quiet. When all are quiet, the clock advances to the next deadline.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from fsmkit.runtime.interpreter.macrostep import initial, start
 from fsmkit.runtime.interpreter.run import (
     at_time,
     dispatch,
-    most_at_once,
+    livelock_error,
+    max_steps_at_one_time,
     next_deadline,
     post,
     run,
-    stands_still,
     step_eventless,
 )
 from fsmkit.runtime.interpreter.trace import active_leaves
@@ -75,7 +75,7 @@ class _Host:
             self.guard = watch
 
     def accept_posts(self, chart: Chart, post: snap.Post) -> None:
-        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        """Store the function that posts to the machine; invoked machines have their own."""
         if chart is self._chart:
             self.post = post
 
@@ -84,7 +84,7 @@ class _Host:
         return self._random.randint(least, greatest)
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Perform an operation: the answer given for it, else the default of the operation."""
+        """Return the given result of an operation, or the operation's default."""
         if operation in self._answers:
             return self._answers[operation](arguments)
         return self._defaults[operation]
@@ -112,11 +112,11 @@ class SystemSession:
         watch: Guard | None = None,
         hosts: Sequence[snap.Host] = (),
     ):
-        """Stand before the start; ``answers`` by machine and operation, for those with a result.
+        """Create the machines; ``answers`` gives results by machine and operation.
 
-        ``seed`` picks the delays that environment charts give as intervals. ``watch``
-        evaluates guards, to see what decides them. ``hosts``: who answers for each machine instead,
-        delays included, and without ``watch``.
+        ``seed`` picks the delays that environment charts give as intervals. ``watch`` evaluates
+        guards, to observe their decisions. ``hosts`` replaces the host of each machine, including
+        delays and without ``watch``.
         """
         random = Random(seed)  # noqa: S311  (no secret)
         self.system = system
@@ -171,7 +171,7 @@ class SystemSession:
     # --- doing ---------------------------------------------------------------------------------
 
     def start(self) -> list[Happening]:
-        """Start all machines, and let them come to rest."""
+        """Start all machines and run them until they are quiet."""
         for index in self._order:
             self._drive(index, None)
         done: list[Happening] = []
@@ -187,9 +187,9 @@ class SystemSession:
             done.append(Happening(self._names[index], first))
             pending.append((index, first))
         for index, first in pending:
-            self._pass_on(index, first)
+            self._deliver(index, first)
         for index, first in pending:
-            self._tell(index, (first,))
+            self._notify(index, (first,))
         done += self._settle()
         return done
 
@@ -207,15 +207,15 @@ class SystemSession:
         after = post(self._charts[index], self._snapshots[index], occurrence)
         if after is not None:
             self._snapshots[index] = after
-            self._tell(index)
+            self._notify(index)
         return after is not None
 
     def dispatch(
         self, machine: str, occurrence: snap.Occurrence
     ) -> tuple[list[Happening], bool, Value | None]:
-        """Let a machine process an event at once, ahead of its queue, then all come to rest.
+        """Let a machine process an event ahead of its queue; then run until all are quiet.
 
-        Return what happened, whether the event enabled a transition, and the reply, if any.
+        Return the steps, whether the event enabled a transition, and the reply, if any.
         """
         index = self._names.index(machine)
         before = self._snapshots[index]
@@ -227,19 +227,19 @@ class SystemSession:
                 self._charts[index], before, occurrence, self.now, host
             )
         self._snapshots[index] = one.after
-        self._pass_on(index, one)
+        self._deliver(index, one)
         self._drive(index, before)
         return [Happening(machine, one), *self._settle()], is_handled, reply
 
     def drive(self, machine: str, number: int, value: Value) -> None:
-        """Give a value from outside to an input of a machine, or after those to shared data."""
+        """Set an external input of a machine; higher numbers select its shared variables."""
         index = self._names.index(machine)
         target = self.system.machines[index]
         self._snapshots[index] = driven(target, self._snapshots[index], number, value)
-        self._tell(index)
+        self._notify(index)
 
     def run(self, until: int) -> list[Happening]:
-        """Let the machines work until a time (ticks); return what happened, in order."""
+        """Run the machines up to a time in ticks; return the steps in order."""
         done = self._settle()
         while (deadline := self._next_deadline()) is not None and deadline <= until:
             self.now = deadline
@@ -255,17 +255,17 @@ class SystemSession:
         """Run machine after machine until none has anything to do."""
         done: list[Happening] = []
         moved = True
-        most = sum(map(most_at_once, self._charts))
+        most = sum(map(max_steps_at_one_time, self._charts))
         while moved:
             moved = False
             for index in self._order:
                 happened = list(self._run_one(index))
                 done += happened
                 if len(done) > most:
-                    raise stands_still(self._charts[index], [h.macrostep for h in happened])
+                    raise livelock_error(self._charts[index], [h.macrostep for h in happened])
                 moved = moved or bool(happened)
                 if happened:
-                    break  # the environment answers before anybody else goes on
+                    break  # the environment reacts before other machines continue
         return done
 
     def _run_one(self, index: int) -> Iterator[Happening]:
@@ -276,12 +276,12 @@ class SystemSession:
             return
         self._snapshots[index] = macrosteps[-1].after
         for macrostep in macrosteps:
-            self._pass_on(index, macrostep)
+            self._deliver(index, macrostep)
             yield Happening(self._names[index], macrostep)
         self._drive(index, before)
-        self._tell(index, macrosteps)
+        self._notify(index, macrosteps)
 
-    def _tell(self, index: int, macrosteps: tuple[snap.Macrostep, ...] = ()) -> None:
+    def _notify(self, index: int, macrosteps: tuple[snap.Macrostep, ...] = ()) -> None:
         for observer in self.observers:
             observer(index, macrosteps)
 
@@ -296,7 +296,7 @@ class SystemSession:
             return run(chart, snapshot, self.now, host)
 
     def _drive(self, source: int, before: snap.Snapshot | None) -> None:
-        """Give the outputs and shared data that a machine changed to all that read them."""
+        """Copy changed outputs and shared variables of a machine to the machines that read them."""
         machine, chart = self.system.machines[source], self._charts[source]
         for link in self.system.input_links:
             if link.source != source:
@@ -308,8 +308,8 @@ class SystemSession:
                     self.system.machines[link.target], target, link.input, value
                 )
 
-    def _pass_on(self, source: int, macrostep: snap.Macrostep) -> None:
-        """Deliver what a machine sent and called."""
+    def _deliver(self, source: int, macrostep: snap.Macrostep) -> None:
+        """Deliver the sent events and called operations of a macrostep."""
         chart = self._charts[source]
         operations = [o.name for o in chart.operations]
         for effect in macrostep.effects:
@@ -339,8 +339,8 @@ class SystemPlayer:
     """
 
     def __init__(self, system: System, seed: int) -> None:
-        """Stand before the start; operations that return something are answered by chance."""
-        time_unit(system)  # all count time alike, or it says that they do not
+        """Create the machines; operations return pseudo-random values."""
+        time_unit(system)  # raises unless all machines have the same tick
         self.system = system
         self.charts = {machine.name: machine.chart for machine in system.machines}
         self.tick = system.machines[0].chart.capacities.tick
@@ -358,7 +358,7 @@ class SystemPlayer:
         return self._session.snapshot(machine)
 
     def play(self, line: Text) -> Iterator[tuple[str, snap.Macrostep | str]]:
-        """Do what a line says; yield macrosteps and lines, each with its machine."""
+        """Execute a line; yield its macrosteps and trace lines, each with its machine."""
         verb, _, rest = line.value.strip().partition(" ")
         words = iter(tokens(rest))
         done: list[Happening] = []
@@ -367,7 +367,7 @@ class SystemPlayer:
                 if self._is_started:
                     raise wrong_line(line, "a system is started once", "remove the line")
                 if next(words, "0") != "0":
-                    raise wrong_line(line, "the time of a system begins at 0", "write `start`")
+                    raise wrong_line(line, "the time of a system starts at 0", "write `start`")
                 self._is_started = True
                 done = self._session.start()
             case "post":
@@ -383,21 +383,21 @@ class SystemPlayer:
             case "run":
                 done = self._session.run(self._time(next(words, ""), line))
             case verb:
-                raise wrong_line(line, f"there is no script line `{verb}` of a system", KNOWN)
+                raise wrong_line(line, f"`{verb}` is not a script line of a system", KNOWN)
         if next(words, None) is not None:
             raise wrong_line(line, "there are words left at the end of the line", KNOWN)
         yield from ((each.machine, each.macrostep) for each in done)
 
     def _time(self, word: str, line: Text) -> int:
         if not word.isdecimal():
-            raise wrong_line(line, f"`{word}` is no number", KNOWN)
+            raise wrong_line(line, f"`{word}` is not a number", KNOWN)
         if int(word) < self.now:
             raise wrong_line(line, f"it is {self.now} already", "let time go on")
         return int(word)
 
 
 def machine_of(names: Iterable[str], whole: str) -> str:
-    """Return the machine in ``MACHINE.EVENT``: the longest name that begins it, if one does."""
+    """Return the machine of ``MACHINE.EVENT``: the longest name that is a prefix, or ""."""
     named = [name for name in names if whole.startswith(f"{name}.")]
     return max(named, key=len, default=whole.partition(".")[0])
 

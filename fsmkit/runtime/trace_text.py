@@ -1,4 +1,4 @@
-"""Macrosteps for people: when, why, what was left and entered, which line of the source did it."""
+"""Format macrosteps for people: time, cause, exited and entered states, and source lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.document.document import Trigger
 from fsmkit.language import Field, Type, Value
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
-from fsmkit.runtime.endless_steps import cycle_text, taken_by
+from fsmkit.runtime.endless_steps import cycle_text, transition_numbers
 from fsmkit.runtime.interpreter import snapshot as effects
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.trace import active_leaves
@@ -22,27 +22,26 @@ INDENT = " " * 10
 
 
 def pretty(chart: Chart, macrostep: snap.Macrostep) -> Iterator[Text]:
-    """Yield a macrostep as styled lines; the last one says what is active then.
+    """Yield a macrostep as styled lines; the last one shows the active states.
 
-    A delayed event that only changes place, into the queue, has no line; one that leaves the
-    machine has a line with its time. What an invoked machine does stands behind the id of its
-    invocation.
+    A delayed event that only moves into the queue has no line; one that leaves the machine has a
+    line with its time. Lines of an invoked machine start with the id of its invocation.
     """
     printer = Printer(chart)
     done = macrostep.effects
-    is_whole = not isinstance(macrostep.event, snap.Delayed | snap.Within | snap.Cancellation)
+    is_whole = not isinstance(macrostep.event, snap.Delayed | snap.InvokedRun | snap.Cancellation)
     if is_whole or (isinstance(macrostep.event, snap.Delayed) and done):
         time = duration_text(macrostep.at * chart.capacities.tick)
         yield Text.assemble((f"{time:>8}  ", "cyan"), (printer.cause(macrostep), "bold"))
     for effect in done:
-        if isinstance(effect, effects.Ran):
+        if isinstance(effect, effects.InvokedMacrostep):
             invocation = chart.invocations[effect.invocation]
             for within in pretty(invocation.chart, effect.macrostep):
                 yield Text.assemble((f"{INDENT}{invocation.id}: ", "blue"), within)
         else:
             yield Text(INDENT).append(*printer.effect(effect))
         if effect == effects.Faulted("microsteps") and (
-            cycle := cycle_text(chart, taken_by(macrostep))
+            cycle := cycle_text(chart, transition_numbers(macrostep))
         ):
             yield Text(f"{INDENT}round and round: {cycle}", "bold red")
     if is_whole:
@@ -56,25 +55,25 @@ class Printer:
         self.chart = chart
 
     def cause(self, macrostep: snap.Macrostep) -> str:
-        """Say what a macrostep reacts to."""
+        """Format the cause of a macrostep."""
         match macrostep.event:
             case snap.Start():
                 return "start"
             case snap.Occurrence() as occurrence:
                 return self.event(occurrence)
             case snap.Delayed(occurrence):
-                return f"{self.event(occurrence)} is due"
+                return f"{self.event(occurrence)} after its delay"
             case snap.Timeout(transition):
                 return self.trigger(self.chart.transitions[transition])
             case None:
                 return "inputs"
-            case snap.Within() | snap.Cancellation():
-                return "what it invoked"
+            case snap.InvokedRun() | snap.Cancellation():
+                return "invoked machines"
             case _:
                 assert_never(macrostep.event)
 
     def active(self, snapshot: snap.Snapshot) -> str:
-        """Say what is active, and whether the machine has stopped."""
+        """Format the active states, and whether the machine has stopped."""
         names = ", ".join(active_leaves(self.chart, snapshot))
         if snapshot.fault is not None:
             return f"= {names}  (stopped: {snapshot.fault})"
@@ -111,20 +110,20 @@ class Printer:
                 return " ".join(("log", label, *map(str, values))), "yellow"
             case effects.Replied(value):
                 return f"reply {value}", "magenta"
-            case effects.Erred(name, reason):
+            case effects.RaisedError(name, reason):
                 return f"{name}: {reason}", "red"
             case effects.Unhandled(event):
                 return f"nothing reacts to {events[event].name}", "yellow"
             case effects.Deferred(event):
-                return f"{events[event].name} is kept for later", "yellow"
-            case effects.Spent(transition):
+                return f"{events[event].name} is deferred", "yellow"
+            case effects.SpentTimeout(transition):
                 trigger = self.trigger(self.chart.transitions[transition])
                 return f"{trigger}: spent, its guard is false", "yellow"
             case effects.Overflowed(queue):
                 return f"the {QUEUES[queue]} is full: an event is lost", "red"
             case effects.Faulted(reason):
                 return f"the machine stops: {reason}", "bold red"
-            case effects.Ran():
+            case effects.InvokedMacrostep():
                 return "", ""
             case _:
                 assert_never(effect)

@@ -10,7 +10,7 @@ from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import Findings
 from fsmkit.language.values import to_python
 from fsmkit.runtime.host_methods import find
-from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Ran
+from fsmkit.runtime.interpreter.snapshot import Called, InvokedMacrostep, Macrostep
 from fsmkit.runtime.session import Session
 from fsmkit.system.any_file import read_chart
 from fsmkit.testing.coverage.record import Recorder
@@ -79,7 +79,7 @@ def _calls(chart: Chart, macrostep: Macrostep) -> Iterator[tuple[Any, ...]]:
             case Called(name, arguments):
                 typed = zip(arguments, operations[name].parameters, strict=True)
                 yield name, *(to_python(value, parameter.type) for value, parameter in typed)
-            case Ran(slot, within):
+            case InvokedMacrostep(slot, within):
                 yield from _calls(chart.invocations[slot].chart, within)
             case _:
                 pass

@@ -11,7 +11,13 @@ from fsmkit.chart.chart import Chart, Operation, every_operation
 from fsmkit.diagnostics import FsmkitError, Span, Text
 from fsmkit.language import ContentError, RangeFault, Type, Value
 from fsmkit.language.values import show
-from fsmkit.runtime.interpreter.snapshot import Called, Emitted, Macrostep, Ran, Snapshot
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Emitted,
+    InvokedMacrostep,
+    Macrostep,
+    Snapshot,
+)
 from fsmkit.runtime.interpreter.trace import active_leaves, dump_lines, trace_lines, value_text
 from fsmkit.runtime.system_session import Happening, SystemSession
 from fsmkit.system.system import System
@@ -316,7 +322,7 @@ def effects_within(chart: Chart, done: Macrostep) -> Iterator[tuple[Chart, Calle
         match effect:
             case Called() | Emitted():
                 yield chart, effect
-            case Ran(slot, within):
+            case InvokedMacrostep(slot, within):
                 yield from effects_within(chart.invocations[slot].chart, within)
             case _:
                 pass

@@ -17,7 +17,14 @@ from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.runtime.interpreter.trace import active_leaves
-from fsmkit.runtime.tracing.following import Did, Followed, Follower, Missing, Parted, Whole
+from fsmkit.runtime.tracing.following import (
+    CompleteState,
+    Divergence,
+    Followed,
+    Follower,
+    Missing,
+    ReplayedStep,
+)
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.stream import Line, Stream
 from tests.boards.conftest import Build
@@ -122,9 +129,9 @@ def followed(chart: Chart, sent: bytes) -> tuple[list[Followed], Line]:
 def states(chart: Chart, found: list[Followed]) -> Iterator[tuple[int, list[str] | None]]:
     """Yield when the states became known, others, or unknown."""
     for each in found:
-        if isinstance(each, Did):
+        if isinstance(each, ReplayedStep):
             yield each.at, active_leaves(chart, each.macrostep.after)
-        elif isinstance(each, Whole):
+        elif isinstance(each, CompleteState):
             yield each.at, active_leaves(chart, each.snapshot)
         elif isinstance(each, Missing):
             yield each.at, None
@@ -149,25 +156,30 @@ def test_states_are_right_within_a_second_of_the_last_loss(
     assert 0.15 < dropped / until < 0.25
 
     truth, _ = followed(gate, done.stdout)
-    assert not [each for each in truth if isinstance(each, Missing | Parted)]
+    assert not [each for each in truth if isinstance(each, Missing | Divergence)]
     timeline = list(states(gate, truth))
     times = [at for at, _ in timeline]
     found, line = followed(gate, b"\0".join([*kept, b""]))
     assert line.unframer.lost == dropped
     assert line.unframer.spoilt == 0
-    assert not [each for each in found if isinstance(each, Parted)]
+    assert not [each for each in found if isinstance(each, Divergence)]
 
     losses = [each.at for each in found if isinstance(each, Missing)]
-    again = next(e.at for e in found if isinstance(e, Whole | Did) and e.at >= losses[-1])
+    again = next(
+        e.at for e in found if isinstance(e, CompleteState | ReplayedStep) and e.at >= losses[-1]
+    )
     assert again <= losses[-1] + SECOND
     for at, on in states(gate, found):
         if on is not None:  # what is told is so
             first, after = bisect_left(times, at), bisect_right(times, at)
             assert on in [told for _, told in timeline[max(0, first - 1) : after]]
     if level == 2:
-        assert any(isinstance(e, Did) and e.is_known for e in found if e.at > losses[-1] + SECOND)
+        assert any(
+            isinstance(e, ReplayedStep) and e.is_known for e in found if e.at > losses[-1] + SECOND
+        )
         ends = [
-            [e for e in some if isinstance(e, Did)][-1].macrostep.after for some in (truth, found)
+            [e for e in some if isinstance(e, ReplayedStep)][-1].macrostep.after
+            for some in (truth, found)
         ]
         assert ends[0] == ends[1]
 
@@ -202,9 +214,9 @@ def test_a_probe_reads_the_ring_in_the_memory(
         each for timed in stream.feed(data)
         for each in follower.follow(timed, stream.of.get(timed.instance))
     ]  # fmt: skip
-    known = [each for each in found if isinstance(each, Did) and each.is_known]
+    known = [each for each in found if isinstance(each, ReplayedStep) and each.is_known]
     assert len(known) > 20
-    assert not [each for each in found if isinstance(each, Parted)]
+    assert not [each for each in found if isinstance(each, Divergence)]
 
 
 def taken(probe: Probe) -> bytes:

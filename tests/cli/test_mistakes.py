@@ -8,7 +8,7 @@ from shutil import copy
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.runtime.endless_steps import round_of
+from fsmkit.runtime.endless_steps import final_cycle
 from tests.cli.mistakes.table import COMMANDS, MISTAKES
 
 NOTATIONS = ("yaml", "scxml")
@@ -208,4 +208,4 @@ def test_a_fault_of_microsteps_names_the_cycle(
     [((), ()), ((1,), ()), ((1, 2, 3), ()), ((4, 1, 1), (1,)), ((1, 2, 1, 2), (1, 2))],
 )
 def test_what_ends_twice_is_a_round(taken: tuple[int, ...], found: tuple[int, ...]) -> None:
-    assert round_of(taken) == found
+    assert final_cycle(taken) == found

@@ -153,10 +153,10 @@ def test_wrong_events_are_diagnostics(
     ("lines", "message"),
     [
         ("start\nstart\n", "a system is started once"),
-        ("start 5\n", "the time of a system begins at 0"),
+        ("start 5\n", "the time of a system starts at 0"),
         ("start\nrun 9\nrun 8\n", "it is 9 already"),
-        ("start\nrun soon\n", "`soon` is no number"),
-        ("start\ndispatch left.ball\n", "there is no script line `dispatch` of a system"),
+        ("start\nrun soon\n", "`soon` is not a number"),
+        ("start\ndispatch left.ball\n", "`dispatch` is not a script line of a system"),
         ("start\nrun 1 2\n", "there are words left"),
     ],
 )

@@ -95,9 +95,11 @@ def test_a_delayed_event_that_leaves_is_told_with_its_time(
     chart.write_text(LEAVING, encoding="utf-8")
     assert execute(["run", str(chart), "--events", "wait 5s"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "      1s  ping is due" in lines
-    assert lines[lines.index("      1s  ping is due") + 1].strip() == "out ping"
-    assert [line for line in lines if line.startswith("      4s")] == ["      4s  ping is due"]
+    assert "      1s  ping after its delay" in lines
+    assert lines[lines.index("      1s  ping after its delay") + 1].strip() == "out ping"
+    assert [line for line in lines if line.startswith("      4s")] == [
+        "      4s  ping after its delay"
+    ]
 
 
 def test_the_same_in_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,7 +113,7 @@ def test_the_same_in_a_system(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert execute(["run", str(system), "--events", "wait 2s"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert all(line.strip() not in ("one", "two") for line in lines)
-    assert "one       1s  ping is due" in lines
+    assert "one       1s  ping after its delay" in lines
     assert "two       1s  e" in lines
 
 

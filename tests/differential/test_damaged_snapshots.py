@@ -183,7 +183,7 @@ def test_timers_belong_to_active_states_and_stand_in_order() -> None:
     first, second = snapshot.timers
     (other,) = interpreter.start(chart, 0, Silent()).after.timers
     for timers in ((other, second), (first, first), (second, first), (first, other)):
-        wrong = snapshot.waiting(snapshot.now, (), (), timers)
+        wrong = snapshot.with_queues(snapshot.now, (), (), timers)
         with pytest.raises(fsmkit.FsmkitError, match="is damaged"):
             session.restore(pack(chart, wrong))
 

@@ -26,7 +26,7 @@ from fsmkit.plugins import plugins
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.script import Player, read_line, run_script, script_texts
-from fsmkit.runtime.tracing.framing import frames
+from fsmkit.runtime.tracing.framing import encode_frames
 from fsmkit.runtime.tracing.reading import Reader
 from fsmkit.runtime.tracing.transports import Carrier, Opened, open_endpoint
 from fsmkit.runtime.tracing.writing import Writer
@@ -411,7 +411,7 @@ def test_tcp(scheme: str) -> None:
         def serve() -> None:
             connection, _ = server.accept()
             with connection:
-                connection.sendall(frames(WHOLE) if scheme == "tcp" else WHOLE)
+                connection.sendall(encode_frames(WHOLE) if scheme == "tcp" else WHOLE)
 
         thread = threading.Thread(target=serve)
         thread.start()
@@ -423,7 +423,7 @@ def test_tcp(scheme: str) -> None:
 def test_serial() -> None:
     ours, theirs = pty.openpty()
     name = os.ttyname(theirs)
-    sent = frames(WHOLE)
+    sent = encode_frames(WHOLE)
     wanted = expected()
     found = received(f"serial:{name}:115200", len(wanted))
     opened = open_endpoint(f"serial:{name}:115200")  # sets the line before anything is sent
@@ -441,7 +441,7 @@ def test_zmq() -> None:
         opened = open_endpoint(f"zmq:tcp://127.0.0.1:{port}")
         assert publisher.recv() == b"\x01trace"  # it subscribes
         publisher.send_multipart([b"other", b"x"])
-        publisher.send_multipart([b"trace", frames(WHOLE)])
+        publisher.send_multipart([b"trace", encode_frames(WHOLE)])
         reader = Reader(opened, numberings_of(system_of(CHART)))
         wanted, found = expected(), list[Any]()
         while len(found) < len(wanted):
@@ -451,7 +451,7 @@ def test_zmq() -> None:
 
 
 def test_a_file_tells_itself_whether_it_is_framed(files: Path) -> None:
-    (files / "framed").write_bytes(frames(WHOLE))
+    (files / "framed").write_bytes(encode_frames(WHOLE))
     for name in ("framed", "gate2.trace"):
         assert list(received(f"file:{files / name}", 10**6)) == expected()
 

@@ -42,7 +42,7 @@ def node(tmp_path: Path) -> Iterator[tuple[str, list[bytes]]]:
     [
         (b"R" + json.dumps(GOOD).encode(), True, "producing"),
         (b'R{"ok": false, "status": "off"}', False, "off"),
-        (b"Enot now", False, "refuses: not now"),
+        (b"Enot now", False, "rejects the request: not now"),
         (b"", False, "the answer has no `ok` and `status`"),
         (b"R", False, "the answer has no `ok` and `status`"),
         (b"R[1]", False, "the answer has no `ok` and `status`"),
@@ -92,7 +92,13 @@ def test_the_verb(
     assert line == ["a", "yes", "[red]on", "[2J", "12,345", "3", "0", "1"]
     assert execute(["health", str(deployment), "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["nodes"] == [
-        {"node": "a", "endpoint": endpoint, "ok": False, "status": "refuses: no", "report": {}}
+        {
+            "node": "a",
+            "endpoint": endpoint,
+            "ok": False,
+            "status": "rejects the request: no",
+            "report": {},
+        }
     ]
 
 

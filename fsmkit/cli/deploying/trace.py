@@ -19,7 +19,7 @@ from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.plugins import plugins
-from fsmkit.runtime.tracing.merging import merged
+from fsmkit.runtime.tracing.merging import merge_contexts
 from fsmkit.system.any_file import read, system_within
 from fsmkit.system.system import System
 
@@ -155,7 +155,7 @@ def _numbering(readers: Sequence[Reader], instance: int) -> Numbering | None:
 def _told(readers: Sequence[Reader], *, follow: bool) -> Iterator[Followed]:
     """Yield what comes, of files by its time."""
     if len(readers) > 1 and not follow and all(reader.is_file for reader in readers):
-        yield from merged(_to_end((reader,), follow=False) for reader in readers)
+        yield from merge_contexts(_to_end((reader,), follow=False) for reader in readers)
     else:
         yield from _to_end(readers, follow=follow)
 

@@ -60,7 +60,7 @@ def _went(chart: Chart, macrostep: snap.Macrostep) -> str:
     what = "in"
     if any(isinstance(effect, snap.Deferred) for effect in effects):
         what = "kept for later in"
-    elif any(isinstance(effect, snap.Spent) for effect in effects):
+    elif any(isinstance(effect, snap.SpentTimeout) for effect in effects):
         what = "its guard is false in"
     elif not any(each.transitions for each in macrostep.microsteps) and any(
         isinstance(effect, snap.Unhandled) for effect in effects

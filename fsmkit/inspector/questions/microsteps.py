@@ -39,7 +39,7 @@ def _answers(effects: tuple[snap.Effect, ...]) -> Iterator[Value | None]:
         match effect:
             case snap.Called(result=result):
                 yield result
-            case snap.Ran(macrostep=within):
+            case snap.InvokedMacrostep(macrostep=within):
                 yield from _answers(within.effects)
             case _:
                 pass

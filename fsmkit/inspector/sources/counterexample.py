@@ -271,7 +271,7 @@ class _Making:
                             chart.invocations[effect.invocation].chart, effect.macrostep
                         ),
                     )
-                    if isinstance(effect, snap.Ran)
+                    if isinstance(effect, snap.InvokedMacrostep)
                     else effect
                     for effect in small.effects
                 ),

@@ -15,7 +15,7 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.live.messages import Post, Set
 from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json
-from fsmkit.runtime.recording import RING, Performed, perform
+from fsmkit.runtime.recording import RING, ReplayedLine, replay_lines
 from fsmkit.runtime.script import read_line
 from fsmkit.system.of_one_chart import system_of
 
@@ -36,7 +36,9 @@ def read_log(chart: Chart, data: bytes, instance: int | None = None) -> Recordin
     simulation = Simulation(system)
     making = _Making(chart, Teller(simulation), simulation.begin())
     begin = making.moment
-    entries = [entry for done in perform(chart, data, instance) for entry in making.entries(done)]
+    entries = [
+        entry for done in replay_lines(chart, data, instance) for entry in making.entries(done)
+    ]
     return Recording(system, begin, entries)
 
 
@@ -48,7 +50,7 @@ class _Making:
         self._teller = teller
         self.moment = begin
 
-    def entries(self, done: Performed) -> Iterator[Entry]:
+    def entries(self, done: ReplayedLine) -> Iterator[Entry]:
         """Yield the entries of a line."""
         chart, name = self._chart, self._chart.name
         text = Text(done.line, Span(Source("<log>", done.line), 0, len(done.line)))

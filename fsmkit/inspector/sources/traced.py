@@ -20,13 +20,13 @@ from fsmkit.runtime.live.values import to_json
 from fsmkit.runtime.recording import machines_of
 from fsmkit.runtime.tracing.following import (
     Changed,
-    Did,
+    CompleteState,
+    Divergence,
     Followed,
+    HostNote,
     Missing,
-    Noted,
-    Parted,
     Posted,
-    Whole,
+    ReplayedStep,
 )
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.reading import Reader
@@ -117,15 +117,15 @@ class Telling:
             return None
         chart, name = self.system.machines[machine].chart, self.system.machines[machine].name
         match told:
-            case Did(at, _, done, True):
+            case ReplayedStep(at, _, done, True):
                 self._snapshots[machine] = done.after
                 found: list[AnyMessage] = [step_of(chart, name, 0, done)]
                 if isinstance(done.event, Start):  # nothing was known before
                     found.append(state_of(chart, name, 0, done.after, at))
                 return Entry(self._moment(at), tuple(found), Stepped(machine, done, (), ()))
-            case Did(at, _, done, False, inner):
+            case ReplayedStep(at, _, done, False, inner):
                 return self._moved(machine, done, at, inner)
-            case Whole(at, _, snapshot, is_known, invoked):
+            case CompleteState(at, _, snapshot, is_known, invoked):
                 self._snapshots[machine] = snapshot if is_known else None
                 self._states[machine] = None if is_known else snapshot
                 for number, each in enumerate(invoked, start=1):
@@ -142,11 +142,11 @@ class Telling:
                 declared = chart.inputs[place]
                 inputs = {declared.name: to_json(value, declared.type)}
                 return Entry(self._moment(at), (Set(m=name, n=0, at=at, inputs=inputs),))
-            case Parted(at, _, why):
+            case Divergence(at, _, why):
                 self.parted.append(f"{name} at {at}: {why}")
                 self._snapshots[machine] = None
                 return Entry(None, (Lost(n=0, at=at, count=0, where=PARTED, m=name),))
-            case Noted():
+            case HostNote():
                 return None
             case _:
                 raise AssertionError(told)

@@ -1,4 +1,4 @@
-"""Executable content (SCXML 4 and 6, and what LANGUAGE adds)."""
+"""Execute content: SCXML 4 and 6, and the extensions of the action language."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from fsmkit.runtime.interpreter.invocation import pass_on, start_invoked
 def execute_transition_content(g: Globals, enabled: Iterable[Transition]) -> None:
     """Run the content of transitions in the order in which they were selected.
 
-    That is Appendix D, executeTransitionContent: in document order of the atomic states that
-    selected them. SCXML 3.13 says "in document order" of the transitions, which differs only where
-    the source of one lies above that of another; Appendix D, which is normative, is followed.
+    This follows Appendix D, executeTransitionContent, which is normative: document order of the
+    atomic states that selected the transitions. SCXML 3.13 says document order of the transitions.
+    The two differ only if the source of one transition contains the source of another.
     """
     for transition in enabled:
         g.effects.append(snap.Taken(transition.index))
@@ -42,14 +42,14 @@ def execute_block(g: Globals, block: stmt.Block) -> None:
             execute(g, statement)
     except lang.RangeFault:
         g.stop("range")
-    except _Told:
+    except _BlockError:
         pass
     except lang.ContentError as error:
         g.error("error.execution", str(error))
 
 
-class _Told(Exception):  # noqa: N818  (what was wrong has been raised as an event)
-    """The rest of the block is skipped without another error."""
+class _BlockError(Exception):
+    """Skips the rest of a block whose error event was already raised."""
 
 
 def execute(g: Globals, statement: stmt.Statement) -> None:
@@ -87,7 +87,7 @@ def execute(g: Globals, statement: stmt.Statement) -> None:
         case stmt.Invoke(slot, arguments):
             start_invoked(g, slot, _values(g, arguments))
         case stmt.Fail(reason, is_raised=is_raised):
-            raise _Told if is_raised else lang.ContentError(reason)
+            raise _BlockError if is_raised else lang.ContentError(reason)
         case _:
             assert_never(statement)
 
@@ -97,7 +97,7 @@ def _values(g: Globals, expressions: tuple[lang.Expr, ...]) -> tuple[lang.Value,
 
 
 def _holds(g: Globals, condition: lang.Expr) -> bool:
-    """Evaluate a condition; one that fails is false and raises ``error.execution`` (5.9.1)."""
+    """Evaluate a condition. A failing one is false and raises ``error.execution`` (SCXML 5.9.1)."""
     try:
         return bool(lang.evaluate(condition, g))
     except lang.ContentError as error:
@@ -142,7 +142,7 @@ def send(g: Globals, statement: stmt.Send) -> None:
 
 
 def deliver(g: Globals, occurrence: snap.Occurrence, how: stmt.Send | snap.Delayed) -> None:
-    """Hand an event to its destination, at once."""
+    """Deliver an event to its destination immediately."""
     match how.destination:
         case stmt.Destination.SELF:
             g.effects.append(snap.Sent(occurrence))

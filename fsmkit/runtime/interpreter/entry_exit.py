@@ -1,4 +1,4 @@
-"""Leaving and entering states (Appendix D: exitStates, enterStates and what they call)."""
+"""Exit and enter states (Appendix D: exitStates, enterStates and their helpers)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def exit_states(g: Globals, enabled: Iterable[Transition]) -> tuple[int, ...]:
     exits = sorted(compute_exit_set(g, enabled), reverse=True)
     for state in exits:
         for history in g.index.histories[state]:
-            g.history[history] = _to_record(g, history, state)
+            g.history[history] = _recorded_states(g, history, state)
     for state in exits:
         leave(g, state)
         g.configuration.discard(state)
@@ -47,8 +47,8 @@ def leave(g: Globals, state: int) -> None:
         cancel_invoked(g, slot)
 
 
-def _to_record(g: Globals, history: int, parent: int) -> frozenset[int]:
-    """Return what a history remembers of the active states below its parent (SCXML 3.10)."""
+def _recorded_states(g: Globals, history: int, parent: int) -> frozenset[int]:
+    """Return the active states that a history records when its parent is exited (SCXML 3.10)."""
     if g.chart.states[history].kind is Kind.SHALLOW_HISTORY:
         return frozenset(g.configuration.intersection(g.index.children[parent]))
     last = g.chart.states[parent].last_descendant
@@ -106,7 +106,7 @@ def _raise_done(g: Globals, state: int, final: State | None) -> None:
 
 
 def done_payload(g: Globals, event: int, final: State | None) -> tuple[Value, ...]:
-    """Return what a final state says of its end, a value for each field (SCXML 5.5)."""
+    """Return the values of a final state's donedata, one for each field (SCXML 5.5)."""
     fields = g.chart.events[event].fields
     payload = []
     for place, part in enumerate(fields):
@@ -127,9 +127,9 @@ def done_payload(g: Globals, event: int, final: State | None) -> tuple[Value, ..
 
 
 def compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
-    """Return what is to be entered (Appendix D, computeEntrySet).
+    """Return the states to enter (Appendix D, computeEntrySet).
 
-    Without histories it depends on the transitions alone, and is computed once for each set.
+    Without histories the result depends on the transitions alone and is computed once per set.
     """
     if g.index.has_history:
         return _compute_entry_set(g, enabled)
@@ -151,15 +151,15 @@ def _compute_entry_set(g: Globals, enabled: Iterable[Transition]) -> EntrySet:
         for target in get_effective_target_states(g, transition):
             add_ancestor_states_to_enter(g, target, domain, found)
         domains |= {domain} if domain is not None else set()
-    # A history taken from within its parent adds all that lies between that and its states, with
-    # all regions: also what lies above the domain, where nothing was left. That stays as it is.
+    # A history targeted from within its parent adds all states between the parent and its own, with
+    # all regions. Those above the domain were not exited, so they are not entered.
     above = g.index.chain
     found.to_enter = {s for s in found.to_enter if not domains.isdisjoint(above[s][1:])}
     return found
 
 
 def add_descendant_states_to_enter(g: Globals, index: int, found: EntrySet) -> None:
-    """Add a state and, by default, what is below it (Appendix D, addDescendantStatesToEnter)."""
+    """Add a state and its default descendants (Appendix D, addDescendantStatesToEnter)."""
     state = g.chart.states[index]
     if state.is_history:
         _add_history(g, state, found)
@@ -177,7 +177,7 @@ def add_descendant_states_to_enter(g: Globals, index: int, found: EntrySet) -> N
 
 
 def _add_history(g: Globals, history: State, found: EntrySet) -> None:
-    """Add what a history stands for: its recorded value, else its default (SCXML 3.10)."""
+    """Add the recorded value of a history, or its default (SCXML 3.10)."""
     parent = history.parent
     assert parent is not None, history  # noqa: S101  (a chart is sound)
     recorded = g.history.get(history.index)
@@ -202,7 +202,7 @@ def add_ancestor_states_to_enter(
 ) -> None:
     """Add the ancestors below ``ancestor`` (Appendix D, addAncestorStatesToEnter).
 
-    And, of each parallel state on the way, the regions that nothing else enters.
+    For each parallel ancestor, also add the regions that no other target enters.
     """
     for index in get_proper_ancestors(g, state, ancestor):
         found.to_enter.add(index)

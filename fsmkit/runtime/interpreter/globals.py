@@ -28,7 +28,7 @@ class Globals:
         self.index = index_of(chart)
         self.host = host
         self.watch: Guard | None = getattr(host, "guard", None)
-        """Evaluates guards instead, where the host wants to see what decides them."""
+        """Evaluates guards for a host that observes their decisions."""
         self.configuration = set(snapshot.configuration)
         self.data = list(snapshot.data)
         self.inputs = snapshot.inputs
@@ -49,12 +49,12 @@ class Globals:
         self.room = room
         self.is_cancelled = False
         self.event: snap.Occurrence | None = None
-        """SCXML 5.10.1, ``_event``: the event at hand, until the next is taken."""
+        """SCXML 5.10.1, ``_event``: the current event, until the next is taken."""
         self.budget = chart.capacities.microsteps
         self.guards: dict[int, bool] = {}
-        """What the guards of this selection gave."""
+        """Results of the guards of this selection."""
         self.locals: dict[str, Value] = {}
-        """Local variables of the handler at hand; each is assigned where it is declared."""
+        """Local variables of the current handler; each is assigned at its declaration."""
         self.effects: list[snap.Effect] = []
         self.microsteps: list[snap.Microstep] = []
         self.after_microstep: Callable[[Chart, snap.Snapshot], None] | None
@@ -143,7 +143,7 @@ class Globals:
 
     def error(self, name: str, reason: str) -> None:
         """Raise an error event of the platform (SCXML 3.12.2)."""
-        self.effects.append(snap.Erred(name, reason))
+        self.effects.append(snap.RaisedError(name, reason))
         self.raise_platform(name)
 
     def stop(self, reason: str) -> None:
@@ -167,9 +167,12 @@ class Globals:
         return self.data[slot] if slot >= 0 else self.inputs[-1 - slot]
 
     def event_field(self, name: str) -> Value:
-        """Return a part of the payload at hand; the event may be one that has no such part."""
+        """Return field `name` of the current event's payload.
+
+        Raises `ContentError` if the current event has no such field.
+        """
         if self.event is None:
-            raise ContentError(f"there is no event whose `{name}` could be read")
+            raise ContentError(f"`{name}` of an event is read, but no event is current")
         slot = self.index.field_slots[self.event.event].get(name)
         if slot is None:
             event = self.chart.events[self.event.event].name
@@ -177,11 +180,11 @@ class Globals:
         return self.event.payload[slot]
 
     def event_name(self) -> str:
-        """Return the name of the event at hand, empty where there is none."""
+        """Return the name of the current event, or an empty string if there is none."""
         return "" if self.event is None else self.chart.events[self.event.event].name
 
     def event_type(self) -> str:
-        """Return the type of the event at hand, empty where there is none (SCXML 5.10.1)."""
+        """Return the type of the current event (SCXML 5.10.1); empty if there is none."""
         return "" if self.event is None else self.chart.events[self.event.event].type
 
     def is_in(self, state: int) -> bool:

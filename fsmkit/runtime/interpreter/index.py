@@ -1,4 +1,4 @@
-"""What the procedures look up in a Chart, computed once for each."""
+"""Lookup tables for the procedures of the interpreter, computed once per Chart."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MEMO = "_interpreter_index"
 
 @dataclass(slots=True)
 class EntrySet:
-    """What computeEntrySet collects."""
+    """The result of computeEntrySet."""
 
     to_enter: set[int] = field(default_factory=set)
     for_default_entry: set[int] = field(default_factory=set)
@@ -53,7 +53,7 @@ class Index:
         """For each state the transitions whose timers entering it arms."""
         self.defers = tuple(frozenset(state.defer) for state in states)
         self.shared_deferral = shared_deferral(chart)
-        """Of these events those that regions below a state may answer instead."""
+        """The deferred events for which regions below a state may have transitions."""
         self.invocations = _invocations(chart)
         """For each state the invocations that leaving it cancels."""
         self.children = tuple(_children(chart, state, histories=False) for state in states)
@@ -61,7 +61,7 @@ class Index:
         self.histories = tuple(_children(chart, state, histories=True) for state in states)
         self.has_history = any(self.histories)
         self.forgotten = forgotten_histories(chart)
-        """For each state those of its histories that entering it makes forget."""
+        """For each state the histories that entering it clears."""
         self.leaves = frozenset(state.index for state in states if state.is_leaf)
         self.has_history_target = tuple(has_history_target(chart, t) for t in chart.transitions)
         self.domains = tuple(
@@ -70,7 +70,7 @@ class Index:
         )
         """The domain of each transition without a history among its targets; else None."""
         self.slots = {variable.name: place for place, variable in enumerate(values)}
-        """Where a variable is in ``Snapshot.data``, or in ``inputs`` as ``-1 - index``."""
+        """Index of a variable in ``Snapshot.data``, or ``-1 - index`` in ``inputs``."""
         self.slots |= {variable.name: -1 - place for place, variable in enumerate(chart.inputs)}
         self.field_slots = tuple(
             {part.name: place for place, part in enumerate(event.fields)} for event in chart.events

@@ -6,11 +6,11 @@ from fsmkit.chart.chart import Invocation
 from fsmkit.language import Value, default_value
 from fsmkit.runtime import interpreter
 from fsmkit.runtime.interpreter.globals import Globals
-from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Overflowed, Ran
+from fsmkit.runtime.interpreter.snapshot import InvokedMacrostep, Macrostep, Occurrence, Overflowed
 
 
 def start_invoked(g: Globals, slot: int, given: tuple[Value, ...]) -> None:
-    """Start a machine with some data given: its first macrostep is run at once."""
+    """Start a machine with the given data and run its first macrostep."""
     invocation = g.chart.invocations[slot]
     data = dict(zip(invocation.given, given, strict=True))
     absorb(
@@ -21,21 +21,21 @@ def start_invoked(g: Globals, slot: int, given: tuple[Value, ...]) -> None:
 
 
 def cancel_invoked(g: Globals, slot: int) -> None:
-    """End a machine: it leaves its states, and what it sends meanwhile goes nowhere (6.4.3)."""
+    """Cancel an invoked machine: it exits its states; its events are dropped (SCXML 6.4.3)."""
     child = g.invoked[slot]
     if child is None:
         return
     g.invoked[slot] = None
     chart = g.chart.invocations[slot].chart
     done = interpreter.cancel(chart, child, g.now, g.host)
-    g.effects.append(Ran(slot, done))
+    g.effects.append(InvokedMacrostep(slot, done))
     if done.after.fault is not None:
         g.stop("invoked")
 
 
 def absorb(g: Globals, invocation: Invocation, done: Macrostep) -> None:
-    """Take over what a machine has become, and what it sent here; its fault is a fault here."""
-    g.effects.append(Ran(invocation.index, done))
+    """Store the new state of an invoked machine and take its events; its fault is a fault here."""
+    g.effects.append(InvokedMacrostep(invocation.index, done))
     g.invoked[invocation.index] = done.after if done.after.running else None
     for occurrence in done.returned:
         event = invocation.returns[occurrence.event]
@@ -81,9 +81,9 @@ def forward(g: Globals, occurrence: Occurrence) -> None:
 
 
 def settle(g: Globals) -> None:
-    """Let the invoked machines take one external event each, in document order, until quiet.
+    """Let each invoked machine take one external event in turn, in document order, until quiet.
 
-    At most ``capacities.microsteps`` times; what is left then waits for the next step.
+    This repeats at most ``capacities.microsteps`` times. The rest waits for the next step.
     """
     for _ in range(g.chart.capacities.microsteps):
         is_quiet = True

@@ -40,9 +40,9 @@ def start(
     given: Mapping[int, Value] = NOTHING,
     room: int = 0,
 ) -> snap.Macrostep:
-    """Begin, or begin anew: run the script and enter the initial states (Appendix D, interpret).
+    """Start or restart: run the script and enter the initial states (Appendix D, interpret).
 
-    An invoker gives values of data by position, and the room in its queue.
+    An invoker passes values of data by position, and the free entries of its queue.
     """
     before = initial(chart)
     before = replace(before, now=now, inputs=before.inputs if inputs is None else inputs)
@@ -93,7 +93,7 @@ def step(
             timers.rearm(g, event)
             enabled = select_timeout(g, transition)
             if not enabled and not timers.postpone(g, event):
-                g.effects.append(snap.Spent(transition))
+                g.effects.append(snap.SpentTimeout(transition))
             take(g, event, enabled)
         case None:
             pass
@@ -115,7 +115,7 @@ def cancel(chart: Chart, snapshot: snap.Snapshot, now: int, host: snap.Host) -> 
 def settle_invoked(
     chart: Chart, snapshot: snap.Snapshot, host: snap.Host, room: int
 ) -> snap.Macrostep | None:
-    """Let invoked machines take what waits in their queues; None where nothing does."""
+    """Let invoked machines process their queued events; return None if no event is queued."""
     g = Globals(chart, snapshot, host, room)
     settle(g)
     return close_within(g, snapshot) if g.effects else None
@@ -125,7 +125,7 @@ def close_within(g: Globals, before: snap.Snapshot) -> snap.Macrostep:
     """Return a macrostep in which only invoked machines did something."""
     end_macrostep(g)
     return snap.Macrostep(
-        before, snap.Within(), tuple(g.microsteps), g.freeze(), g.now, tuple(g.returned)
+        before, snap.InvokedRun(), tuple(g.microsteps), g.freeze(), g.now, tuple(g.returned)
     )
 
 
@@ -139,7 +139,7 @@ def finalize(g: Globals, event: snap.Occurrence) -> None:
 
 
 def main_event_loop(g: Globals) -> None:
-    """Go on until the configuration is stable and what was entered is invoked (mainEventLoop)."""
+    """Run to a stable configuration and start its invocations (Appendix D, mainEventLoop)."""
     run_to_completion(g)
     while g.states_to_invoke and g.running and g.fault is None:
         for state in sorted(g.states_to_invoke):
@@ -154,10 +154,10 @@ def main_event_loop(g: Globals) -> None:
 
 
 def run_to_completion(g: Globals) -> None:
-    """Go on until the configuration is stable (Appendix D, mainEventLoop, its inner loop).
+    """Run to a stable configuration (Appendix D, the inner loop of mainEventLoop).
 
-    Each round takes a set of eventless transitions or one internal event; the rounds of a
-    macrostep are bounded, so that one without end becomes a fault.
+    Each round takes one set of eventless transitions or one internal event. The number of rounds
+    is bounded, so that an endless macrostep becomes a fault.
     """
     while g.running and g.fault is None:
         enabled = select_eventless_transitions(g)
@@ -172,7 +172,7 @@ def run_to_completion(g: Globals) -> None:
 
 
 def end_macrostep(g: Globals) -> None:
-    """Stop the machine if it has come to its end or to a fault; close what is left open."""
+    """Stop the machine if it is final or has a fault, and close the open microstep."""
     if g.fault is not None:
         g.running = g.finished = False
     elif not g.running:
@@ -182,10 +182,9 @@ def end_macrostep(g: Globals) -> None:
 
 
 def react(g: Globals, event: snap.Occurrence, *, may_defer: bool) -> None:
-    """Take what an event enables; else keep it for later, or report that nothing takes it.
+    """Take the transitions that an event enables; else defer it or report it as unhandled.
 
-    An event for which guards left no room, as operations that they call have posted others, is not
-    kept.
+    An event is not deferred if guards called operations whose posts filled the queue.
     """
     g.event = event
     enabled, is_deferred = select_transitions(g, event.event)

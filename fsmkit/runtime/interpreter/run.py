@@ -1,6 +1,6 @@
-"""What a host does with a machine: post, run, dispatch (SEMANTICS, Step).
+"""Serve the host: post, run and dispatch.
 
-`run` is made of three single steps, which an explorer takes one at a time: `step_eventless`,
+`run` consists of three single steps, which an explorer takes one at a time: `step_eventless`,
 `step_event` and `step_timer`.
 """
 
@@ -34,24 +34,24 @@ def post(
 
 
 def has_room(chart: Chart, snapshot: snap.Snapshot) -> bool:
-    """Whether the external queue, which also holds what is deferred, can take one more."""
+    """Return whether the external queue, including deferred events, has a free entry."""
     return len(snapshot.queue) + len(snapshot.deferred) < chart.capacities.queue
 
 
 MOST_AT_ONCE = 10_000
 """Steps at one time before it counts as standing still, unless there are as many timers."""
 LAST = 64
-"""Macrosteps that are looked at for the names of the states on the way."""
+"""Number of macrosteps whose states the livelock error names."""
 
 
 def run(
     chart: Chart, snapshot: snap.Snapshot, now: int, host: snap.Host
 ) -> tuple[snap.Macrostep, ...]:
-    """Do all that is to be done until the time ``now``; see the package for the order.
+    """Process all events and timers up to the time `now`; the package describes the order.
 
-    The last macrostep's ``after`` is the machine afterwards; without any, nothing has changed but
-    the time (see `at_time`). Raises `FsmkitError` (``livelock``) where time stands still: timers
-    without delay that follow each other for ever, to which SCXML 3.13 sets no bound.
+    Return the macrosteps. The last one's ``after`` is the final snapshot. Without macrosteps only
+    the time changes (see `at_time`). Raises `FsmkitError` (``livelock``) if timers without delay
+    follow each other endlessly; SCXML 3.13 sets no bound on them.
     """
     done: list[snap.Macrostep] = []
     current = at_time(snapshot, now)
@@ -70,8 +70,8 @@ def run(
             following = step_timer(chart, current, host)
             allowance = chart.capacities.microsteps
             at_once = at_once + 1 if done and following and done[-1].at == following.at else 0
-            if at_once > most_at_once(chart):
-                raise stands_still(chart, done)
+            if at_once > max_steps_at_one_time(chart):
+                raise livelock_error(chart, done)
         if following is None:
             break
         done.append(following)
@@ -81,13 +81,16 @@ def run(
     return tuple(done)
 
 
-def most_at_once(chart: Chart) -> int:
-    """Return how many timers may fire at one time, one after the other: all, and some more."""
+def max_steps_at_one_time(chart: Chart) -> int:
+    """Return the number of timers that may fire in succession at one time."""
     return max(MOST_AT_ONCE, 2 * len(chart.transitions))
 
 
-def stands_still(chart: Chart, done: Sequence[snap.Macrostep]) -> FsmkitError:
-    """Return the error for macrosteps without end at one time, of which the last are given."""
+def livelock_error(chart: Chart, done: Sequence[snap.Macrostep]) -> FsmkitError:
+    """Return the ``livelock`` error for an endless series of macrosteps at one time.
+
+    `done` holds the last of them.
+    """
     small = [one for step in done[-LAST:] for one in step.microsteps]
     taken = sorted({number for one in small for number in one.transitions})
     entered = [state for one in small for state in one.entered]
@@ -96,7 +99,7 @@ def stands_still(chart: Chart, done: Sequence[snap.Macrostep]) -> FsmkitError:
     return fail(
         "livelock",
         f"time stands still at {duration_text(done[-1].at * chart.capacities.tick)}: "
-        f"`{chart.name}` takes more than {most_at_once(chart):,} steps at one time, in "
+        f"`{chart.name}` takes more than {max_steps_at_one_time(chart):,} steps at one time, in "
         f"{', '.join(f'`{name}`' for name in names)}",
         chart.transitions[taken[0]].span if taken else None,
         help="give one of the delays a length, or let one of the steps wait for an event",
@@ -117,16 +120,16 @@ def _is_due(snapshot: snap.Snapshot, now: int) -> bool:
 def step_event(
     chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, room: int = 0
 ) -> snap.Macrostep | None:
-    """Take one event, a recalled one first, and run its macrostep; None where there is none.
+    """Take one event, a recalled one first, and run its macrostep; None if there is no event.
 
-    Where only machines that it invoked have events left, they go on.
+    If only invoked machines have queued events, let them continue.
     """
     if not snapshot.running:
         return None
     for place, occurrence in enumerate(snapshot.deferred):
         if not is_deferred(chart, snapshot, occurrence.event):
             rest = snapshot.deferred[:place] + snapshot.deferred[place + 1 :]
-            before = snapshot.waiting(snapshot.now, snapshot.queue, rest, snapshot.timers)
+            before = snapshot.with_queues(snapshot.now, snapshot.queue, rest, snapshot.timers)
             return step(chart, before, occurrence, host, is_external=False, room=room)
     if snapshot.queue:
         before = _with_queue(snapshot, snapshot.queue[1:])
@@ -137,18 +140,14 @@ def step_event(
 def step_timer(
     chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, room: int = 0
 ) -> snap.Macrostep | None:
-    """Fire the first timer, at its deadline, whatever the time is; None where there is none.
-
-    A delayed event only goes to the queue, or leaves by the port. Of timers that are due at once
-    in several machines the invoker's comes first.
-    """
+    """Fire the first timer at its deadline, even before that time; None if no timer is armed."""
     deadline = next_deadline(snapshot)
     if not snapshot.running or deadline is None:
         return None
     if not snapshot.timers or snapshot.timers[0].deadline > deadline:
         return _step_timer_within(chart, snapshot, deadline, host, room)
     timer, later = snapshot.timers[0], snapshot.timers[1:]
-    before = snapshot.waiting(timer.deadline, snapshot.queue, snapshot.deferred, later)
+    before = snapshot.with_queues(timer.deadline, snapshot.queue, snapshot.deferred, later)
     match timer.what:
         case snap.Timeout():
             return step(chart, before, timer.what, host, room=room)
@@ -225,7 +224,7 @@ def is_deferred(chart: Chart, snapshot: snap.Snapshot, event: int) -> bool:
 
 
 def next_deadline(snapshot: snap.Snapshot) -> int | None:
-    """Return when the first timer is due, if one is armed, here or in an invoked machine."""
+    """Return the first deadline of this machine and the machines it invokes, or None."""
     first = snapshot.timers[0].deadline if snapshot.timers else None
     if not any(snapshot.invoked):
         return first
@@ -237,11 +236,11 @@ def at_time(snapshot: snap.Snapshot, now: int) -> snap.Snapshot:
     """Return the machine at another time."""
     if snapshot.now == now:
         return snapshot
-    return snapshot.waiting(now, snapshot.queue, snapshot.deferred, snapshot.timers)
+    return snapshot.with_queues(now, snapshot.queue, snapshot.deferred, snapshot.timers)
 
 
 def _with_queue(snapshot: snap.Snapshot, queue: tuple[snap.Occurrence, ...]) -> snap.Snapshot:
-    return snapshot.waiting(snapshot.now, queue, snapshot.deferred, snapshot.timers)
+    return snapshot.with_queues(snapshot.now, queue, snapshot.deferred, snapshot.timers)
 
 
 def _passed_on(

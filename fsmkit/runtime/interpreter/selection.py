@@ -1,4 +1,4 @@
-"""Which transitions an event, a timeout or nothing at all enables (SCXML 3.13, Appendix D)."""
+"""Select the transitions that an event, a timeout or no event enables (SCXML 3.13, Appendix D)."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def select_eventless_transitions(g: Globals) -> Enabled:
 def select_transitions(g: Globals, event: int) -> tuple[Enabled, bool]:
     """Return the optimal set that an event enables (Appendix D, selectTransitions).
 
-    And whether it is deferred: then the set is empty (see `chart.deferral`). Nobody is asked above
-    a state that is sure to defer the event.
+    The second result is whether the event is deferred; then the set is empty (see
+    `chart.deferral`). The search skips the ancestors of a state that certainly defers the event.
     """
     table, defers, shared = g.index.by_event, g.index.defers, g.index.shared_deferral
     enabled: dict[int, Transition] = {}
@@ -123,8 +123,8 @@ def _evaluate_guard(g: Globals, transition: Transition) -> bool:
 def remove_conflicting_transitions(g: Globals, enabled: Sequence[Transition]) -> Enabled:
     """Return the transitions that are not preempted (Appendix D, removeConflictingTransitions).
 
-    Two conflict if their exit sets meet; then a descendant's wins over its ancestor's, else the
-    one that was selected first.
+    Two transitions conflict if their exit sets intersect. The descendant's transition wins over
+    its ancestor's; otherwise the one selected first wins.
     """
     if len(enabled) < 2:
         return tuple(enabled)

@@ -1,8 +1,8 @@
-"""The values of the interpreter: snapshots, what makes a machine step, and what a step did.
+"""The values of the interpreter: snapshots, causes of steps, and effects of steps.
 
-All are frozen and hashable: a step is a function of a `Snapshot` and an event, and its effects are
-values in the `Macrostep` it returns. States, transitions and events are indices of the Chart;
-times are ticks.
+All are frozen and hashable. A step is a function of a `Snapshot` and an event, and its effects are
+values in the returned `Macrostep`. States, transitions and events are indices of the Chart; times
+are ticks.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Protocol, runtime_checkable
 from fsmkit.chart.statements import Destination
 from fsmkit.language import Value
 
-# --- what a machine waits for and reacts to ---------------------------------------------------
+# --- events and timers ---------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """An event at hand; ``payload`` holds a value for each declared field, in order."""
+    """An event with its payload: a value for each declared field, in order."""
 
     event: int
     payload: tuple[Value, ...] = ()
@@ -76,14 +76,14 @@ class Snapshot:
     fault: str | None = None
     invoked: tuple[Snapshot | None, ...] = ()
 
-    def waiting(
+    def with_queues(
         self,
         now: int,
         queue: tuple[Occurrence, ...],
         deferred: tuple[Occurrence, ...],
         timers: tuple[Timer, ...],
     ) -> Snapshot:
-        """Return the same with other queues at another time (what `replace` does, quicker)."""
+        """Return a copy with other queues and time; faster than `replace`."""
         return Snapshot(
             self.configuration,
             self.data,
@@ -112,7 +112,7 @@ class Exited:
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """A transition was taken; its content follows. Initial and default ones: if they have any."""
+    """A transition was taken; its content follows. Initial and default ones only with content."""
 
     transition: int
 
@@ -126,9 +126,9 @@ class Entered:
 
 @dataclass(frozen=True, slots=True)
 class Posted:
-    """An operation posted an event to the machine that called it; ``fits``: the queue took it.
+    """An operation posted an event to its caller; ``fits``: the queue had a free entry.
 
-    It stands before the call that it was posted in.
+    It precedes the call in which it was posted.
     """
 
     occurrence: Occurrence
@@ -137,7 +137,7 @@ class Posted:
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """An operation of the host was called; ``result`` is None where it returns nothing."""
+    """An operation of the host was called; ``result`` is None for one without a result."""
 
     operation: str
     arguments: tuple[Value, ...]
@@ -153,7 +153,7 @@ class Emitted:
 
     @property
     def is_leaving(self) -> bool:
-        """Whether it goes to the host, and not from one machine to another (SCXML 6.2.4)."""
+        """Return whether the event goes to the host, not to another machine (SCXML 6.2.4)."""
         return self.peer is None or not self.peer.startswith("#_")
 
 
@@ -202,7 +202,7 @@ class Replied:
 
 
 @dataclass(frozen=True, slots=True)
-class Erred:
+class RaisedError:
     """The platform raised an error event; ``reason`` is for people."""
 
     event: str
@@ -217,8 +217,8 @@ class Unhandled:
 
 
 @dataclass(frozen=True, slots=True)
-class Ran:
-    """An invoked machine did something meanwhile."""
+class InvokedMacrostep:
+    """An invoked machine took a macrostep."""
 
     invocation: int
     macrostep: Macrostep
@@ -232,15 +232,15 @@ class Deferred:
 
 
 @dataclass(frozen=True, slots=True)
-class Spent:
-    """A timeout found its guard false; an ``after`` is spent until its state is entered again."""
+class SpentTimeout:
+    """A timeout's guard was false; an ``after`` is armed again when its state is re-entered."""
 
     transition: int
 
 
 @dataclass(frozen=True, slots=True)
 class Overflowed:
-    """Something did not fit and was dropped: ``queue``, ``internal`` or ``delayed``."""
+    """An event was dropped, because ``queue`` (``queue``, ``internal`` or ``delayed``) was full."""
 
     queue: str
 
@@ -265,13 +265,13 @@ Effect = (
     | Cancelled
     | Logged
     | Replied
-    | Erred
+    | RaisedError
     | Unhandled
     | Deferred
-    | Spent
+    | SpentTimeout
     | Overflowed
     | Faulted
-    | Ran
+    | InvokedMacrostep
 )
 
 
@@ -280,12 +280,12 @@ Effect = (
 
 @dataclass(frozen=True, slots=True)
 class Microstep:
-    """The transitions of one optimal enabled set, and what taking them did (SCXML 3.13).
+    """The transitions of one optimal enabled set and their effects (SCXML 3.13).
 
     ``event`` is None for eventless transitions and for the first entry. ``transitions`` is in
-    document order, ``exited`` and ``entered`` in the order of execution. A selection that enabled
-    nothing is a microstep without transitions, if it had effects (an unhandled event, a guard that
-    could not be evaluated or that called an operation).
+    document order; ``exited`` and ``entered`` are in order of execution. A selection without
+    transitions is a microstep only if it had effects, such as an unhandled event or a failed
+    guard.
     """
 
     event: Occurrence | Timeout | None
@@ -301,8 +301,8 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Within:
-    """No cause of its own: machines that it invoked went on."""
+class InvokedRun:
+    """The cause of a macrostep in which only invoked machines continued."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,18 +310,17 @@ class Cancellation:
     """The invoker left the state that holds this machine."""
 
 
-Cause = Occurrence | Timeout | Delayed | Start | Within | Cancellation | None
+Cause = Occurrence | Timeout | Delayed | Start | InvokedRun | Cancellation | None
 
 
 @dataclass(frozen=True, slots=True)
 class Macrostep:
-    """From one stable configuration to the next (SCXML 3.13).
+    """One step between two stable configurations (SCXML 3.13).
 
-    ``event`` is what caused it: None for eventless transitions that a change of inputs enabled,
-    `Delayed` where nothing happened but a delayed event leaving by the port. ``before`` no longer
-    holds the event in its queue. ``at`` is its time in ticks, for a timer its deadline. What the
-    machines that it invoked do until they are quiet is part of it. ``returned`` are the events that
-    it sent to the machine that invoked it.
+    ``event`` is the cause: None for eventless transitions that a changed input enabled, `Delayed`
+    if a delayed event only left by the port. ``before`` no longer holds the event in its queue.
+    ``at`` is its time in ticks; for a timer, its deadline. The macrosteps of invoked machines are
+    included. ``returned`` holds the events sent to the invoking machine.
     """
 
     before: Snapshot
@@ -345,7 +344,7 @@ class Macrostep:
 
 @runtime_checkable
 class Chance(Protocol):
-    """A host that says how long a delay of an environment takes; without it, as long as it can."""
+    """A host that picks the delays of an environment; without it, delays are maximal."""
 
     def delay(self, least: int, greatest: int) -> int:
         """Return a number of ticks within the bounds."""
@@ -357,10 +356,10 @@ Post = Callable[[Occurrence], bool]
 
 
 class Host(Protocol):
-    """What surrounds a machine, as far as a step needs it: the operations.
+    """The environment of a machine that a step needs: its operations.
 
-    A host whose operations post events has a method ``accept_posts(chart, post)``, too. Each step
-    calls it with the chart of the machine, or of one that it invokes, and a `Post`.
+    A host whose operations post events also has a method ``accept_posts(chart, post)``. Each step
+    calls it with the chart of the machine, or of an invoked machine, and a `Post`.
     """
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:

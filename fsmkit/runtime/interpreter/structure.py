@@ -1,4 +1,4 @@
-"""Domains, exit sets and effective targets: what depends on recorded histories (Appendix D)."""
+"""Compute domains, exit sets and effective targets, given recorded histories (Appendix D)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def get_transition_domain(g: Globals, transition: Transition) -> int | None:
 
 
 def get_effective_target_states(g: Globals, transition: Transition) -> list[int]:
-    """Return the targets, histories replaced by what they stand for (getEffectiveTargetStates)."""
+    """Return the targets, with histories dereferenced (Appendix D, getEffectiveTargetStates)."""
     targets: dict[int, None] = {}
     for target in transition.targets:
         if not g.chart.states[target].is_history:
@@ -54,7 +54,7 @@ def compute_exit_set(g: Globals, transitions: Iterable[Transition]) -> set[int]:
 
 
 def active_below(g: Globals, domain: int | None, active: Sequence[int]) -> Sequence[int]:
-    """Return those of the active states, in document order, that lie below a domain."""
+    """Return the active states below `domain`, in document order."""
     below = places_below(g, domain, active)
     return active[below.start : below.stop]
 
@@ -70,7 +70,7 @@ def places_below(g: Globals, domain: int | None, active: Sequence[int]) -> range
 def get_proper_ancestors(g: Globals, state: int, limit: int | None) -> tuple[int, ...]:
     """Return the ancestors below ``limit``, nearest first (Appendix D, getProperAncestors).
 
-    All of them, the root included, where the limit is None or no proper ancestor.
+    Return all ancestors, including the root, if the limit is None or no proper ancestor.
     """
     ancestors = g.index.chain[state][1:]
     if limit in ancestors:

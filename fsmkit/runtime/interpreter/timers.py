@@ -25,7 +25,7 @@ def disarm(g: Globals, state: int) -> None:
 
 
 def rearm(g: Globals, timeout: Timeout) -> None:
-    """Arm an ``every`` again, from the deadline it is due at."""
+    """Arm an ``every`` again, relative to its expired deadline."""
     transition = g.chart.transitions[timeout.transition]
     if transition.trigger is Trigger.EVERY:
         g.insert_timer(Timer(g.now + transition.delay, timeout))

@@ -1,6 +1,6 @@
-"""Macrosteps as lines: the common currency of the interpreter and of every target.
+"""Format macrosteps as trace lines, equal on the interpreter and all targets.
 
-Differential tests compare these texts, so a line says nothing that only one runtime knows.
+Differential tests compare these lines, so a line holds only facts that every runtime knows.
 """
 
 from __future__ import annotations
@@ -21,15 +21,17 @@ CLOCK = 2**32
 def trace_lines(chart: Chart, macrosteps: Iterable[snap.Macrostep]) -> Iterator[str]:
     """Yield the lines of macrosteps, in order of execution.
 
-    A delayed event that only changes place is no macrostep of its own and has no first and last
-    line. What an invoked machine does stands behind the id of its invocation.
+    A delayed event that only moves into the queue has no first and last line. The lines of an
+    invoked machine are prefixed with the id of its invocation.
     """
     for macrostep in macrosteps:
-        is_whole = not isinstance(macrostep.event, snap.Delayed | snap.Within | snap.Cancellation)
+        is_whole = not isinstance(
+            macrostep.event, snap.Delayed | snap.InvokedRun | snap.Cancellation
+        )
         if is_whole:
             yield f"@{macrostep.at % CLOCK} > {_cause(chart, macrostep.event)}"
         for effect in macrostep.effects:
-            if isinstance(effect, effects.Ran):
+            if isinstance(effect, effects.InvokedMacrostep):
                 invocation = chart.invocations[effect.invocation]
                 for told in trace_lines(invocation.chart, (effect.macrostep,)):
                     yield f"{invocation.id}: {told}"
@@ -64,7 +66,7 @@ def configuration_line(chart: Chart, snapshot: snap.Snapshot) -> str:
 
 
 def effect_line(chart: Chart, effect: snap.Effect) -> str | None:
-    """Return the line of an effect; None for those that a trace leaves out."""
+    """Return the line of an effect, or None for effects that a trace omits."""
     match effect:
         case effects.Exited(state):
             return f"- {chart.states[state].id}"
@@ -92,7 +94,7 @@ def effect_line(chart: Chart, effect: snap.Effect) -> str | None:
             return " ".join(("log", label, *map(value_text, values)))
         case effects.Replied(value):
             return f"reply {value_text(value)}"
-        case effects.Erred(name):
+        case effects.RaisedError(name):
             return f"error {name}"
         case effects.Unhandled(event):
             return f"unhandled {chart.events[event].name}"
@@ -100,7 +102,7 @@ def effect_line(chart: Chart, effect: snap.Effect) -> str | None:
             return f"full {queue}"
         case effects.Faulted(reason):
             return f"fault {reason}"
-        case effects.Deferred() | effects.Spent() | effects.Ran():
+        case effects.Deferred() | effects.SpentTimeout() | effects.InvokedMacrostep():
             return None
         case _:
             assert_never(effect)
@@ -140,7 +142,7 @@ def _cause(chart: Chart, event: snap.Cause) -> str:
             return f"event {event_text(chart, occurrence)}"
         case None:
             return "eventless"
-        case snap.Within() | snap.Cancellation():
+        case snap.InvokedRun() | snap.Cancellation():
             return ""
         case _:
             assert_never(event)

@@ -1,8 +1,8 @@
-"""Links between the machines of different nodes: what crosses them, in which bytes, and how.
+"""Exchange events and levels between the machines of different nodes.
 
-A `Link` is opened by a plug-in (a `LinkKind`) for a node of an `EventMap`. The map comes from a
+A plug-in (a `LinkKind`) opens a `Link` for a node of an `EventMap`. The map comes from a
 deployment (`fsmkit.system.deployment`), or from the ``links.json`` that ``compile`` writes. The
-bytes are those of ``runtime/c/links``; docs/reference/links.md describes them.
+bytes equal those of ``runtime/c/links``; docs/reference/links.md describes them.
 """
 
 from fsmkit.runtime.links.faults import Faults

@@ -31,12 +31,12 @@ INTEGERS = (
 
 
 class Rejected(Enum):
-    """Why bytes are not taken for a frame."""
+    """The reason why bytes are not accepted as a frame."""
 
     MALFORMED = "malformed"
     """No frame, cut off, too long, or with a value that its type forbids."""
     FOREIGN = "foreign"
-    """Of another version, another event map, or a node that is none."""
+    """Another version, another event map, or an unknown node."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Frame:
 
 
 def bounds(type_: lang.Type) -> tuple[int, int] | None:
-    """Return the least and the greatest integer that stand for values; None for floats."""
+    """Return the minimum and maximum integer code of a type, or None for floats."""
     found = of_type(type_)
     if found is None and not isinstance(type_, lang.FloatType):
         raise ValueError(f"`{type_}` does not cross nodes")
@@ -70,7 +70,7 @@ def code_of(type_: lang.Type) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How the values of a payload follow each other."""
+    """The order and size of the values in a payload."""
 
     types: tuple[lang.Type, ...]
     packing: struct.Struct
@@ -80,7 +80,7 @@ class Layout:
         return self.packing.pack(*values)
 
     def decode(self, payload: bytes) -> tuple[lang.Value, ...] | None:
-        """Return the values; None where one is none of its type."""
+        """Return the values, or None if one is not a value of its type."""
         found: list[lang.Value] = []
         for value, type_ in zip(self.packing.unpack(payload), self.types, strict=True):
             span = bounds(type_)
@@ -140,7 +140,7 @@ class Codec:
         return header + self.layout_of(frame.sender, frame.message).encode(frame.values)
 
     def decode(self, content: bytes, node: int) -> Frame | Rejected:
-        """Return the frame that came to a node, or why it is none."""
+        """Return the frame that arrived at `node`, or the reason for its rejection."""
         if content[:2] != MAGIC or len(content) < 3:
             return Rejected.MALFORMED
         if content[2] != VERSION:

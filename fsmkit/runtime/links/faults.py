@@ -1,4 +1,4 @@
-"""Seeded faults between what arrives and what is taken in: the same as `fsm_link_faults` in C."""
+"""Inject seeded faults between arrival and receipt; equals `fsm_link_faults` in C."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsmkit.runtime.links.codec import Frame
 WHOLE = 1 << 16
 """Chances are in 1/65536."""
 HELD = 64
-"""Frames that are delayed at a time; one more, and the oldest goes on."""
+"""Maximum number of delayed frames; one more releases the oldest."""
 MASK = 2**64 - 1
 
 
@@ -23,10 +23,10 @@ def split_mix(state: int) -> tuple[int, int]:
 
 @dataclass(slots=True)
 class Faults:
-    """What happens to frames by chance; the same seed does the same to the same frames.
+    """Random faults of frames; the same seed does the same to the same frames.
 
-    ``loss``, ``duplication`` and ``delay`` are probabilities; a delayed frame, and all of its peer
-    behind it, waits for so many cycles of the receiver. ``is_cut``: everything is lost.
+    ``loss``, ``duplication`` and ``delay`` are probabilities. A delayed frame, and every later
+    frame of its peer, waits for some cycles of the receiver. ``is_cut``: all frames are lost.
     """
 
     seed: int = 0
@@ -41,8 +41,8 @@ class Faults:
     _states: dict[int, int] = field(default_factory=dict)
     _held: list[tuple[int, Frame]] = field(default_factory=list)
 
-    def through(self, frame: Frame, now: int) -> list[Frame]:
-        """Return the frames that come through as one arrives in a cycle of the receiver."""
+    def transmit(self, frame: Frame, now: int) -> list[Frame]:
+        """Return the frames that pass when `frame` arrives in cycle `now` of the receiver."""
         state = self._states.get(frame.sender)
         if state is None:
             state = split_mix((self.seed + frame.sender) & MASK)[1]
@@ -65,7 +65,7 @@ class Faults:
         return found
 
     def due(self, now: int) -> list[Frame]:
-        """Return the delayed frames whose time has come, in the order in which they came."""
+        """Return the delayed frames whose delay has passed, in order of arrival."""
         waiting: set[int] = set()
         kept, found = [], []
         for due, frame in self._held:

@@ -1,4 +1,4 @@
-"""A link of a node: what a program does with it, and what is common to all kinds."""
+"""The link of a node: its interface for programs, and the parts common to all kinds."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from fsmkit.runtime.links.receiving import WORD, Counters, Receiver, Ring
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, Message
 
 SLOTS = 256
-"""Events that wait in each direction, unless the program says otherwise."""
+"""Default capacity, in events, of the queue in each direction."""
 
 
-class LinkTimeout(TimeoutError):  # noqa: N818  (what it is called in every library)
-    """Frames, or a listener, that were waited for did not come in time; the text says which."""
+class LinkTimeout(TimeoutError):  # noqa: N818  (as in other libraries)
+    """Frames or a listener did not arrive in time; the message names them."""
 
 
 class Translator(Protocol):
-    """Carries what a link exchanges with a foreign node, in the form that its programs use."""
+    """Translate between a link and the native format of a third-party node."""
 
     node: int
-    """The foreign node."""
+    """The third-party node."""
 
     def take(self, frame: Frame) -> None:
-        """Send what concerns the foreign node of a frame that goes out. Must not block."""
+        """Send the parts of an outgoing frame that concern the third-party node. Must not block."""
         ...
 
     def poll(self) -> None:
-        """Hand what has come to `Link.receiver`, when a cycle begins. Must not block."""
+        """Pass received data to `Link.receiver` when a cycle starts. Must not block."""
         ...
 
     def close(self) -> None:
@@ -46,11 +46,11 @@ Answer = Callable[[int, tuple[Value, ...]], tuple[bool, Value | None]]
 
 
 @runtime_checkable
-class Answering(Protocol):
+class OperationTranslator(Protocol):
     """A translator for events that are answered, while `Translator.poll` runs."""
 
     answer: Answer | None
-    """What has the machines sets it."""
+    """Set by the owner of the machines."""
 
 
 @dataclass(slots=True)
@@ -60,10 +60,11 @@ class _Queued:
 
 
 class Link(ABC):
-    """A link of a node, in cycles: begin, receive and send, end. No call but `wait_*` blocks.
+    """The link of a node, used in cycles: begin, receive and send, end. Only `wait_*` blocks.
 
-    Rings, numbers, levels and counting are the same for all kinds. A kind defines `_wake` (frames
-    wait), `_take_in` (block for one frame of a peer) and `wait_listeners`, and extends `close`.
+    All kinds share the rings, sequence numbers, levels and counters. A kind defines `_wake`
+    (frames wait), `_take_in` (block for one frame of a peer) and `wait_listeners`, and extends
+    `close`.
     """
 
     def __init__(
@@ -100,19 +101,19 @@ class Link(ABC):
         self.sent = 0
         """The frames that were sent in this session, for `wait_frames` of a peer."""
         self.completed = 0
-        """The cycles that have ended; what is sent without the loop depends on them (`Watch`)."""
+        """Number of completed cycles; messages sent outside the loop depend on it (`Watch`)."""
         self._seen = [(0, 0) for _ in event_map.nodes]
         self.translators: tuple[Translator, ...] = ()
-        """They take each frame that goes out; see `fsmkit.runtime.links.opening`."""
+        """Receive each outgoing frame; see `fsmkit.runtime.links.opening`."""
         self.bus_errors = 0
         """The error frames of buses that carry frames."""
         self.bus_off = 0
-        """Those that say that the controller has left its bus."""
+        """Receivers whose controller has left its bus."""
 
     # --- the loop's end ----------------------------------------------------------------------
 
     def begin_cycle(self) -> None:
-        """See what has come in."""
+        """Start a cycle: make the received events and levels visible."""
         self.receiver.cycle += 1
         cycle = self.receiver.cycle
         for translator in self.translators:
@@ -153,7 +154,7 @@ class Link(ABC):
         return True
 
     def end_cycle(self, levels: Mapping[str, object] | None = None) -> None:
-        """Let out what was sent, and the levels of this node: all of them, each cycle."""
+        """Send the events of this cycle and all levels of this node."""
         given = {} if levels is None else levels
         names = [level.name for level in self._own_levels]
         if set(given) != set(names):
@@ -170,7 +171,7 @@ class Link(ABC):
     # --- the sender's end --------------------------------------------------------------------
 
     def next_frame(self) -> bytes | None:
-        """Return the next frame to send; None if there is none. For one thread."""
+        """Return the next frame to send, or None. Call it from one thread only."""
         frame = self.next_decoded()
         return None if frame is None else self.codec.encode(frame)
 
@@ -180,7 +181,7 @@ class Link(ABC):
         levels, self._levels = self._levels, None
         if levels is not None:
             before, values = levels
-            if len(self._out) == 0:  # all events of former cycles were sent or refused
+            if len(self._out) == 0:  # all events of earlier cycles were sent or rejected
                 self._events = before
             message = LEVELS
         elif has_event and (queued := self._out.get()) is not None:
@@ -200,7 +201,7 @@ class Link(ABC):
     # --- counting and waiting ----------------------------------------------------------------
 
     def counters(self, node: str) -> Counters:
-        """Return what was counted of a peer."""
+        """Return the counters of a peer."""
         return self.receiver.counters(self.map.node(node))
 
     def silence(self, node: str) -> int:
@@ -214,7 +215,7 @@ class Link(ABC):
 
     @property
     def malformed(self) -> int:
-        """The frames that were none, were cut off, or held what their type forbids."""
+        """Count the frames that were invalid, truncated, or held illegal values."""
         return self.receiver.malformed
 
     @property
@@ -225,10 +226,10 @@ class Link(ABC):
     def wait_frames(
         self, node: str, frames: int, *, session: int = 0, timeout: float = 1.0
     ) -> None:
-        """Block until so many frames of a peer have come (deterministic links only).
+        """Block until `frames` frames of a peer have arrived (deterministic links only).
 
-        ``session``: of the peer; 0 for whichever it is. `LinkTimeout` when none comes for so many
-        seconds; `ValueError` if more have come than that.
+        ``session``: that of the peer; 0 for any. Raises `LinkTimeout` if no frame arrives within
+        `timeout` seconds, and `ValueError` if more frames have arrived.
         """
         place = self.map.node(node)
         counters = self.receiver.peers[place].counters
@@ -237,24 +238,24 @@ class Link(ABC):
                 if counters.frames == frames:
                     return
                 if counters.frames > frames and session != 0:
-                    raise ValueError(f"{self._waited(node, frames, session)}: too many")
+                    raise ValueError(f"{self._wait_message(node, frames, session)}: too many")
             elif counters.session and (session - counters.session) % WORD >= WORD // 2:
-                raise ValueError(f"{self._waited(node, frames, session)}: a later session")
+                raise ValueError(f"{self._wait_message(node, frames, session)}: a later session")
             elif frames == 0:
                 return
             if not self._take_in(place, timeout):
                 if counters.frames > frames and session == 0:
-                    raise ValueError(f"{self._waited(node, frames, session)}: too many")
-                raise LinkTimeout(self._waited(node, frames, session))
+                    raise ValueError(f"{self._wait_message(node, frames, session)}: too many")
+                raise LinkTimeout(self._wait_message(node, frames, session))
 
-    def _waited(self, node: str, frames: int, session: int) -> str:
+    def _wait_message(self, node: str, frames: int, session: int) -> str:
         counters = self.counters(node)
         return (
             f"node `{self.map.nodes[self.node]}` waited for `{node}`: {frames} frames of session "
             f"{session}, there are {counters.frames} of session {counters.session}"
         )
 
-    # --- what a kind defines -----------------------------------------------------------------
+    # --- defined by each kind -----------------------------------------------------------------
 
     @abstractmethod
     def wait_listeners(self, timeout: float) -> None:
@@ -284,23 +285,26 @@ class Link(ABC):
 
 @runtime_checkable
 class TranslatorKind(Protocol):
-    """Opens translators for the foreign nodes of one kind: a plug-in."""
+    """A plug-in that opens translators for one kind of third-party node."""
 
     name: str
     """The kind, as a deployment names it."""
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
-        """Return what joins a link with a foreign node; `FsmkitError` where it cannot be opened."""
+        """Return the translator between a link and a third-party node.
+
+        Raises `FsmkitError` if it cannot be opened.
+        """
         ...
 
     def foreign_options(self, deployment: Any, node: str) -> dict[str, dict[str, Any]]:
-        """Return, by foreign node, the options that a deployment has for a node."""
+        """Return the options of a deployment for each third-party node connected to `node`."""
         ...
 
 
 @runtime_checkable
 class LinkKind(Protocol):
-    """Opens links that are carried in one way: a plug-in."""
+    """A plug-in that opens links with one kind of transport."""
 
     name: str
     options: tuple[str, ...]

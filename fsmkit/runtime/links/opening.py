@@ -1,8 +1,8 @@
-"""One link with a carrier for each peer: frames to nodes of fsmkit, translators to foreign ones.
+"""Open a link with a transport for fsmkit peers and a translator for each third-party peer.
 
-All frames of a node are numbered in one sequence, so each peer of fsmkit receives all of them, and
-counts no gap. A translator takes of them what concerns its foreign node, and makes frames of what
-comes from there. It does not know of connections between others.
+All frames of a node share one sequence of numbers, and every fsmkit peer receives all of them, so
+that none counts a gap. A translator picks the parts that concern its node, and builds frames from
+what that node sends. It does not know connections between other nodes.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ class ForeignOnly(Link):
     """The link of a node that has no peer of fsmkit: only translators take its frames."""
 
     def wait_listeners(self, timeout: float) -> None:
-        """Return at once: nobody is known to listen on a bus."""
+        """Return immediately: a bus has no known listeners."""
 
     def _wake(self) -> None:
         while self.next_frame() is not None:
             pass
 
-    def _take_in(self, node: int, timeout: float) -> bool:  # noqa: ARG002  (nobody sends frames)
+    def _take_in(self, node: int, timeout: float) -> bool:  # noqa: ARG002  (no node sends frames)
         return False
 
 
@@ -42,21 +42,21 @@ def open_link(
     options: Mapping[str, Any] | None = None,
     foreign: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Link:
-    """Return the link of a node, with a translator for each foreign node it is connected to.
+    """Return the link of a node, with a translator for each connected third-party node.
 
     Args:
-        event_map: What crosses the nodes of the deployment.
-        node: The node whose link it is.
+        event_map: The events and levels that cross the nodes of the deployment.
+        node: The node whose link is opened.
         session: See `Link`.
-        kind: What carries frames between the nodes of fsmkit.
-        faults: Seeded faults of what arrives, from translators as well.
-        options: Those of the kind.
-        foreign: By foreign node, the options of its translator.
+        kind: The transport between the fsmkit nodes.
+        faults: Seeded faults of arriving frames, including those of translators.
+        options: Options of the kind.
+        foreign: Options of the translators, by third-party node.
 
     Raises:
-        FsmkitError: ``link-not-opened``, for the link or one of its translators;
-            ``wrong-option`` for an option that the kind does not have; ``unknown-plugin`` where
-            nothing carries this kind, or translates for foreign nodes of a kind.
+        FsmkitError: ``link-not-opened`` for the link or one of its translators; ``wrong-option``
+            for an option that the kind does not have; ``unknown-plugin`` if no plug-in has this
+            kind of transport or translator.
 
     """
     own = event_map.node(node)
@@ -91,7 +91,7 @@ def _require_options(carrier: LinkKind, options: Mapping[str, Any]) -> None:
 
 
 def foreign_peers(event_map: EventMap, node: int) -> tuple[int, ...]:
-    """Return the foreign nodes with which a node exchanges messages or levels, in their order."""
+    """Return the third-party nodes that exchange messages or levels with `node`, in order."""
     ends = {(message.sender, message.receiver) for message in event_map.messages}
     ends |= {(level.sender, level.receiver) for level in event_map.levels}
     return tuple(

@@ -1,4 +1,4 @@
-"""What comes in: order, sessions, and what is counted; step by step as ``fsm_link.c`` does it."""
+"""Receive frames: order, sessions and counters, step by step as in ``fsm_link.c``."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from fsmkit.system.deployment.event_map import LEVELS, Message
 Item = TypeVar("Item")
 WORD = 2**32
 WINDOW = 64
-"""So many frames back a doubled frame is distinguished from a late one."""
+"""Number of past frames within which repeated and late frames are distinguished."""
 SESSIONS = 2**28
-"""A peer that has shown no key can go on by so many sessions at once."""
+"""Number of sessions that a peer without a key may advance immediately."""
 QUIET = 200
-"""After so many cycles without a frame of the present session of a peer, any other may begin."""
+"""Cycles without a frame of a peer's present session after which any other may start."""
 
 
-def reached(number: int, other: int) -> bool:
+def is_at_least(number: int, other: int) -> bool:
     """Whether a number is another or later, modulo 2^32."""
     return (number - other) % WORD < WORD // 2
 
@@ -29,7 +29,7 @@ def reached(number: int, other: int) -> bool:
 class Ring(Generic[Item]):
     """A bounded queue between two threads, one at each end; neither waits.
 
-    What finds no room is counted.
+    Items that do not fit are counted.
     """
 
     __slots__ = ("_items", "capacity", "refused")
@@ -51,7 +51,7 @@ class Ring(Generic[Item]):
         return True
 
     def get(self) -> Item | None:
-        """Take out the oldest item; None if there is none."""
+        """Remove and return the oldest item, or None if the ring is empty."""
         try:
             return self._items.popleft()
         except IndexError:
@@ -60,22 +60,22 @@ class Ring(Generic[Item]):
 
 @dataclass(slots=True)
 class Counters:
-    """What is counted of a peer since the link was made."""
+    """The counters of a peer since the link was opened."""
 
     session: int = 0
     """The present one; 0: no frame yet."""
     frames: int = 0
-    """Came in, in the present session; those that seeded faults drop count as well."""
+    """Frames received in the present session, including those dropped by seeded faults."""
     lost_frames: int = 0
-    """Never came, or came when a later one had come."""
+    """Frames that never arrived, or arrived after a later one."""
     lost_events: int = 0
     """The events among them, and those that found a ring full at the peer."""
     missed: int = 0
-    """Events before the first frame that came."""
+    """Events before the first received frame."""
     late: int = 0
-    """Came when a later one had come: dropped, for order."""
+    """Frames that arrived after a later one; dropped to keep the order."""
     doubled: int = 0
-    """Came again: dropped."""
+    """Repeated frames; dropped."""
     overflow: int = 0
     """Found the ring full here: dropped."""
     restarts: int = 0
@@ -84,7 +84,7 @@ class Counters:
 
 @dataclass(slots=True)
 class Peer:
-    """What is known of another node."""
+    """The receiver's state for one peer."""
 
     counters: Counters
     taken: int = 0
@@ -97,11 +97,11 @@ class Peer:
     levels: Frame | None = None
 
     def is_present(self, session: int, cycle: int, *, is_proven: bool) -> bool:
-        """Count a frame of the present session, or one that begins a new one.
+        """Count a frame, and return whether it belongs to the present session or starts a new one.
 
-        A later session begins at once; of a peer that has shown no key only the next `SESSIONS`.
-        Any other begins when the present one has been silent for `QUIET` cycles, so that whoever
-        forges a session, and goes, does not lock the peer out for longer than that.
+        A later session starts immediately; if the peer has shown no key, only the next `SESSIONS`
+        do. Any other session starts after `QUIET` silent cycles of the present one. So a forged
+        session locks the peer out for at most that time.
         """
         counters = self.counters
         if session != counters.session:
@@ -117,7 +117,7 @@ class Peer:
         return True
 
     def is_in_order(self, frame: Frame) -> bool:
-        """Whether a frame is the next or a later one; count what is between, or what it is."""
+        """Return whether a frame is the next or a later one; count gaps and repetitions."""
         counters = self.counters
         if frame.session != self.taken:  # `is_present` has let it in; faults keep the order
             if self.taken == 0:
@@ -128,19 +128,19 @@ class Peer:
                 self.sequence, self.events = 0, 0
             self.window = 0
             self.taken = frame.session
-        if not reached(frame.sequence, self.sequence):
-            self._count_again(frame.sequence)
+        if not is_at_least(frame.sequence, self.sequence):
+            self._count_repetition(frame.sequence)
             return False
         newer = (frame.sequence - self.sequence) % WORD
         counters.lost_frames += newer
         self.window = ((self.window << (newer + 1)) | 1) % 2**WINDOW if newer < WINDOW else 1
         self.sequence = (frame.sequence + 1) % WORD
-        if reached(frame.events, self.events):
+        if is_at_least(frame.events, self.events):
             counters.lost_events += (frame.events - self.events) % WORD
         self.events = frame.events
         return True
 
-    def _count_again(self, sequence: int) -> None:
+    def _count_repetition(self, sequence: int) -> None:
         age = (self.sequence - 1 - sequence) % WORD
         bit = 1 << age if age < WINDOW else 0
         if self.window & bit:
@@ -151,9 +151,9 @@ class Peer:
 
 
 class Receiver:
-    """Takes in what comes to a node. Threads that call `arrive` and `pass_time` take turns.
+    """Receives the frames of a node. Threads that call `arrive` and `pass_time` take turns.
 
-    ``is_proven``: what carries the frames has made sure, by a key, which peer they come from.
+    ``is_proven``: the transport has authenticated the peer by a key.
     """
 
     def __init__(
@@ -177,9 +177,9 @@ class Receiver:
         self._turn = threading.Lock()
 
     def arrive(self, peer: int, content: bytes) -> bool:
-        """Take bytes that came from the endpoint of a peer, perhaps a frame of it, perhaps not.
+        """Receive bytes from the endpoint of a peer.
 
-        Whether they were a frame of the present session of the peer, also one that faults drop.
+        Return whether they were a frame of the peer's present session, even if a fault drops it.
         """
         with self._turn:
             return self._arrive(peer, content)
@@ -193,7 +193,7 @@ class Receiver:
         elif isinstance(frame, Frame) and self.peers[peer].is_present(
             frame.session, self.cycle, is_proven=self.is_proven
         ):
-            passed = [frame] if self.faults is None else self.faults.through(frame, self.cycle)
+            passed = [frame] if self.faults is None else self.faults.transmit(frame, self.cycle)
             for each in passed:
                 self._take(each)
             return True
@@ -205,7 +205,7 @@ class Receiver:
             self.foreign += 1
 
     def pass_time(self) -> None:
-        """Let delayed frames go on whose time has come."""
+        """Release the delayed frames whose delay has passed."""
         if self.faults is not None:
             with self._turn:
                 for frame in self.faults.due(self.cycle):
@@ -225,5 +225,5 @@ class Receiver:
             peer.counters.overflow += 1
 
     def counters(self, node: int) -> Counters:
-        """Return a copy of what is counted of a peer."""
+        """Return a copy of the counters of a peer."""
         return replace(self.peers[node].counters)

@@ -12,13 +12,13 @@ class Watch:
     """Watches a loop that counts its completed cycles.
 
     A cycle is assumed to have completed just after the look before the one that noticed it. So
-    `look` returns False as soon as the last cycle completed ``bound`` ago, and never while cycles
-    complete at most half of the bound apart.
+    `look` returns False once the last cycle completed ``bound`` seconds ago. It never does while
+    cycles complete at most half of the bound apart.
 
     Args:
         bound: Seconds without a completed cycle after which the loop counts as hung.
         now: The time at which the watch starts, in seconds.
-        cycles: The cycles that were completed then.
+        cycles: The cycles completed at that time.
 
     """
 

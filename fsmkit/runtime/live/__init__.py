@@ -1,5 +1,5 @@
-"""The protocol `fsmkit.live`: macrosteps in, messages in JSON out, and commands back.
+"""The protocol `fsmkit.live`: macrosteps as JSON messages, and commands in return.
 
-A macrostep is told in the words of its trace (`runtime.interpreter.trace`), so whatever says how it
-went is held by the differential test, too.
+Messages use the words of the trace (`runtime.interpreter.trace`), so the differential test covers
+them, too.
 """

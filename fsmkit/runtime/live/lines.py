@@ -1,4 +1,4 @@
-"""Messages back to the lines of a trace: the law that they say what a trace says."""
+"""Convert messages to trace lines; tests compare them with the trace itself."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from fsmkit.runtime.live.values import from_json
 
 OMITTED = ("deferred", "spent")
 WITHIN = ("delayed", "within", "cancelled")
-"""Causes of what is no macrostep of its own: it has no first and no last line."""
+"""Causes of macrosteps without a first and a last line."""
 
 
 def lines_of(chart: Chart, step: Step, before: Sequence[str]) -> Iterator[str]:
-    """Yield the lines of a step, as `trace_lines` does; ``before``: what was active before it."""
+    """Yield the lines of a step, as `trace_lines` does; ``before``: the previous active states."""
     on = before if isinstance(step.on, UnsetType) else step.on
     finished = ("finished",) if step.status == "finished" else ()
     yield from _lines(chart, step.at, step.cause, step.do, (*on, *finished))
@@ -104,4 +104,4 @@ def _untyped(value: Json) -> Value:
         case bool() | int() | float() | str():
             return value
         case _:
-            raise ValueError(f"is no value: {value!r}")
+            raise ValueError(f"is not a value: {value!r}")

@@ -38,12 +38,12 @@ class Named(Struct, frozen=True):
 
 
 class Hello(Message, frozen=True, tag="hello", kw_only=True):
-    """The session: sent first, and again when a machine comes or goes."""
+    """The session: sent first, and again when a machine is added or removed."""
 
     protocol: int
     session: str
     name: str
-    """Of the chart or system."""
+    """Name of the chart or system."""
     time: str
     """``simulated``, ``recorded`` or ``live``."""
     tick_us: int
@@ -56,7 +56,7 @@ class Hello(Message, frozen=True, tag="hello", kw_only=True):
     signals: list[str] = []
     """Names of the sampled values of a plant."""
     seed: int = 1
-    """Of the answers of operations, in the interpreter."""
+    """Seed of the results of operations, in the interpreter."""
     file: str = ""
     """In files: where the chart or the system was read from, from there on."""
     client: int = 0
@@ -70,14 +70,14 @@ class State(Message, frozen=True, tag="state", kw_only=True):
     n: Number
     at: Ticks
     on: list[str]
-    """The active states in document order, the root left out."""
+    """The active states in document order, without the root."""
     data: dict[str, Json]
     inputs: dict[str, Json]
     outputs: dict[str, Json]
     queue: list[Row]
     deferred: list[Row]
     timers: list[tuple[int | str, int]]
-    """What is due, a transition or a delayed event, and its deadline."""
+    """The transition or delayed event of each timer, and its deadline."""
     status: str
     """``before`` (the start), ``running``, ``finished`` or ``fault``."""
     fault: str = ""
@@ -87,7 +87,7 @@ class State(Message, frozen=True, tag="state", kw_only=True):
 
 
 class Part(Struct, frozen=True, omit_defaults=True, kw_only=True):
-    """What an invoked machine did within a step."""
+    """The part of a step that an invoked machine took."""
 
     at: Ticks
     cause: Row
@@ -97,7 +97,7 @@ class Part(Struct, frozen=True, omit_defaults=True, kw_only=True):
 
 
 class Step(Message, frozen=True, tag="step", kw_only=True):
-    """A macrostep; of what it leaves behind, all that is not as it was before."""
+    """A macrostep, with all state that it changed."""
 
     m: str
     n: Number
@@ -127,7 +127,7 @@ class Set(Message, frozen=True, tag="set", kw_only=True):
     data: dict[str, Json] = {}
     """Data that a client changed by hand."""
     results: dict[str, list[Json]] = {}
-    """What operations return from here on, one value a call; the last one stays."""
+    """The next results of an operation, one per call; the last one repeats."""
     by: int = 0
     """The number of that client, where there were several."""
 
@@ -140,7 +140,7 @@ class Post(Message, frozen=True, tag="post", kw_only=True):
     at: Ticks
     event: Row
     how: str
-    """``queued`` or ``refused``."""
+    """``queued``, or ``refused`` because the queue is full."""
     by: int = 0
     """The number of that client, where there were several."""
 
@@ -156,7 +156,7 @@ class Pass(
     target: tuple[str, str]
     values: list[Json]
     how: str
-    """``queued``, or ``refused``: there was no room."""
+    """``queued``, or ``refused`` because the queue is full."""
 
 
 class Again(Message, frozen=True, tag="again", kw_only=True):
@@ -172,12 +172,12 @@ class Log(Message, frozen=True, tag="log", kw_only=True):
     n: Number
     at: Ticks
     number: int
-    """Of the breakpoint."""
+    """Number of the breakpoint."""
     text: str
 
 
 class Lost(Message, frozen=True, tag="lost", kw_only=True):
-    """Something is not there; the states are not known either until a ``state`` comes."""
+    """Records are missing; the states are unknown until a ``state`` message arrives."""
 
     n: Number
     at: Ticks
@@ -185,7 +185,7 @@ class Lost(Message, frozen=True, tag="lost", kw_only=True):
     where: str
     """``client`` (it read too slowly); of a target: ``ring``, ``frame`` or ``link``."""
     m: str = ""
-    """Of which machine; empty: of any."""
+    """The machine; empty: any machine."""
 
 
 class Signals(Message, frozen=True, tag="signals", kw_only=True):
@@ -201,14 +201,14 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
     """Whether the session runs, and which step is in view."""
 
     mode: str
-    """``running``, ``paused``; of what runs elsewhere: ``following``, or ``frozen``: only seen."""
+    """``running`` or ``paused``; for an external program ``following`` or ``frozen``."""
     n: Number
     """The step in view."""
     head: Number
     """The last step of this branch."""
     at: Ticks
     branch: int = 0
-    """Counts the branches that were begun by a command at a step of the past."""
+    """Number of branches that commands at past steps have started."""
     first: Number = 0
     """The first step that is still known."""
     speed: float = 1.0
@@ -218,7 +218,7 @@ class Mode(Message, frozen=True, tag="mode", kw_only=True):
 
 
 class Broken(Message, frozen=True, tag="broken", kw_only=True):
-    """What is wrong with a watched file at the moment; the session goes on with the old one."""
+    """The present errors of a watched file; the session continues with the previous version."""
 
     findings: list[dict[str, Json]]
     """As ``--json`` prints them; none: it is right again."""
@@ -247,11 +247,11 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     operations: list[dict[str, Json]] = []
     """Those that return something, with its type."""
     hides: list[str] = []
-    """What the drawing can leave out; see the command ``chart``."""
+    """Parts that the drawing can omit; see the command ``chart``."""
     folds: list[str] = []
-    """The states that a drawing can show as boxes, without what is in them."""
+    """The states that a drawing can show as boxes without content."""
     svg: str = ""
-    """A drawing with the ids `s12`, `t25`, `w25`; empty where there is no Graphviz."""
+    """A drawing with the ids `s12`, `t25`, `w25`; empty without Graphviz."""
 
 
 class Done(Message, frozen=True, tag="done", kw_only=True):

@@ -97,7 +97,7 @@ def status_of(snapshot: snap.Snapshot) -> str:
 
 
 def timers_of(chart: Chart, timers: Iterable[snap.Timer]) -> list[tuple[int | str, int]]:
-    """Return what is due, a transition by number or a delayed event by name, and when."""
+    """Return each timer (a transition's number or a delayed event's name) with its deadline."""
     return [(_due(chart, timer), timer.deadline) for timer in timers]
 
 
@@ -120,7 +120,7 @@ def row_of_event(chart: Chart, occurrence: snap.Occurrence) -> Row:
 
 
 def cause_of(chart: Chart, cause: snap.Cause) -> Row:
-    """Return the words of the first line of a trace; of what has none: what goes on within."""
+    """Return the words of a trace's first line; for a cause without one, the word ``within``."""
     match cause:
         case snap.Start():
             return ["start"]
@@ -132,7 +132,7 @@ def cause_of(chart: Chart, cause: snap.Cause) -> Row:
             return ["timeout", transition]
         case None:
             return ["eventless"]
-        case snap.Within():
+        case snap.InvokedRun():
             return ["within"]
         case snap.Cancellation():
             return ["cancelled"]
@@ -141,7 +141,7 @@ def cause_of(chart: Chart, cause: snap.Cause) -> Row:
 
 
 def rows_of(chart: Chart, effect: snap.Effect) -> list[Row]:
-    """Return an effect as the words of its line, values as JSON; none for what a trace omits."""
+    """Return the words of an effect's line, values as JSON; empty if a trace omits the effect."""
     match effect:
         case effects.Exited(state):
             return [["-", chart.states[state].id]]
@@ -167,7 +167,7 @@ def rows_of(chart: Chart, effect: snap.Effect) -> list[Row]:
             return [["log", label, *map(to_json, values)]]
         case effects.Replied(value):
             return [["reply", to_json(value)]]
-        case effects.Erred(name):
+        case effects.RaisedError(name):
             return [["error", name]]
         case effects.Unhandled(event):
             return [["unhandled", chart.events[event].name]]
@@ -175,21 +175,21 @@ def rows_of(chart: Chart, effect: snap.Effect) -> list[Row]:
             return [["full", queue]]
         case effects.Faulted(reason):
             return [["fault", reason]]
-        case effects.Ran(slot, within):
+        case effects.InvokedMacrostep(slot, within):
             invocation = chart.invocations[slot]
             return [["in", invocation.id, part_of(invocation.chart, within)]]
         case effects.Posted(occurrence, fits):
             return [["post" if fits else "reject", *row_of_event(chart, occurrence)]]
         case effects.Deferred(event):
             return [["deferred", chart.events[event].name]]
-        case effects.Spent(transition):
+        case effects.SpentTimeout(transition):
             return [["spent", transition]]
         case _:
             assert_never(effect)
 
 
 def part_of(chart: Chart, macrostep: snap.Macrostep) -> Part:
-    """Return what an invoked machine did."""
+    """Return the part of a step that an invoked machine took."""
     finished = ["finished"] if macrostep.after.finished else []
     return Part(
         at=macrostep.at,

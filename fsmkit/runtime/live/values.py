@@ -39,7 +39,7 @@ def to_json(value: Value, type_: Type | None = None) -> Any:
 
 
 def from_json(found: Any, type_: Type) -> Value:
-    """Return the value of a type; `ValueError`, which says what is wrong, for what is none."""
+    """Return the value of type `type_`; raises `ValueError` with the reason if there is none."""
     match type_, found:
         case IntType(), {"int": str(digits)} if len(found) == 1 and len(digits) < 30:
             return from_python(int(digits), type_)

@@ -1,6 +1,5 @@
-"""What generated Python machines are made of besides their chart: copied into each of them.
+"""The parts of generated Python machines that do not depend on their chart.
 
-The files here are ordinary modules, linted, typed and tested as such; the Python target pastes
-the texts of `arithmetic` and of the body of `machine.Machine`, so that a generated module stands
-alone.
+The files are ordinary modules: linted, typed and tested. The Python target copies `arithmetic` and
+the body of `machine.Machine` into each generated module, so that it has no dependencies.
 """

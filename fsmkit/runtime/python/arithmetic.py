@@ -1,4 +1,4 @@
-"""Arithmetic of the data language where Python's own means something else."""
+"""Arithmetic of the action language where Python's own operators differ."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class ContentError(Exception):
     """Content that cannot be evaluated: the rest of its block is skipped."""
 
 
-class EndOfBlock(Exception):  # noqa: N818  (what was wrong has been raised as an event)
+class EndOfBlock(Exception):  # noqa: N818  (its error event was raised)
     """The rest of a block is skipped without another error."""
 
 
@@ -31,7 +31,7 @@ def divide(a: int, b: int) -> int:
 
 
 def remainder(a: int, b: int) -> int:
-    """Return what `divide` leaves; it has the sign of the dividend."""
+    """Return the remainder of `divide`; it has the sign of the dividend."""
     if b == 0:
         raise ContentError("division by zero")
     rest = abs(a) % abs(b)
@@ -55,7 +55,7 @@ def remainder_floats(a: float, b: float) -> float:
 
 
 def single(value: float) -> float:
-    """Round to IEEE 754 binary32; what is too large for it becomes an infinity."""
+    """Round to IEEE 754 binary32; a value beyond its range becomes an infinity."""
     try:
         rounded: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
@@ -87,7 +87,7 @@ def integer(value: float) -> int:
 
 
 def member(number: int, known: tuple[int, ...], otherwise: int | None = None) -> int:
-    """Return a number that is one of those known; else another one, or fail without one."""
+    """Return `number` if it is known, else `otherwise`; stop the machine if that is None."""
     if number in known:
         return number
     if otherwise is None:
@@ -96,7 +96,7 @@ def member(number: int, known: tuple[int, ...], otherwise: int | None = None) ->
 
 
 def bounded(value: int, lo: int, hi: int) -> int:
-    """Return a value that must lie in a range; else the machine stops."""
+    """Return `value` if it lies in its range; otherwise stop the machine."""
     if lo <= value <= hi:
         return value
     raise RangeFault("a value left its range")
@@ -108,7 +108,7 @@ def cannot(reason: str) -> bool:
 
 
 def replace(old: list[object], new: list[object] | tuple[object, ...]) -> None:
-    """Copy the parts of an array or record over those of another of the same shape."""
+    """Copy the parts of an array or record into another of the same shape."""
     for place, value in enumerate(new):
         part = old[place]
         if isinstance(part, list) and isinstance(value, (list, tuple)):

@@ -1,4 +1,4 @@
-"""How a machine is told in bytes: its states and its values (`fsmkit.plan.image`)."""
+"""Encode the states and values of a machine as bytes (`fsmkit.plan.image`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsmkit.runtime.python.machine import Machine
 
 
 class Imaging(Machine):
-    """What saving and recording share."""
+    """The parts common to saving and recording."""
 
     _HEAD: ClassVar[bytes]
     _REGIONS: ClassVar[tuple[tuple[int, ...], ...]]
@@ -30,7 +30,7 @@ class Imaging(Machine):
     )  # fmt: skip
 
     def _recorded(self) -> tuple[int, ...]:
-        """Return what each history recorded, as often as it has an entry in `_RECORDED`."""
+        """Return the value of each history, once for each of its entries in `_RECORDED`."""
         return ()
 
     def _fault_number(self) -> int:
@@ -51,7 +51,7 @@ class Imaging(Machine):
         return next((state for state in reversed(states) if active >> state & 1), 0)
 
     def _path(self, recorded: int) -> int:
-        """Return what a history recorded, with all above it."""
+        """Return the state that a history recorded, with all its ancestors."""
         found = state = 0
         while recorded >> state:
             if recorded >> state & 1:

@@ -1,4 +1,4 @@
-"""Machines that invoke others, and those that are invoked (SCXML 6.4, 6.5): slots made once."""
+"""Invoking and invoked machines (SCXML 6.4, 6.5), with slots that are allocated once."""
 
 # ruff: noqa: SLF001, SIM110  (machines of one family know each other; a generator is an object)
 
@@ -32,7 +32,7 @@ class Invoking(Machine):
     _waiting: int
 
     def _conclude(self) -> None:
-        """Tell the invoker of the end, with the data of the final state."""
+        """Send ``done.invoke`` to the invoker, with the data of the final state."""
 
     # --- copied from here on into each generated class --------------------------------------------
 
@@ -59,7 +59,7 @@ class Invoking(Machine):
         self._share()
 
     def _share(self) -> None:
-        """Let the invoked machines tell where this one does."""
+        """Give the invoked machines the trace function of this machine."""
         for child in self._children:
             child.trace = None if self.trace is None else child._relay
             child.log = self.log
@@ -68,14 +68,14 @@ class Invoking(Machine):
     def _tell_invoker(self, line: str) -> None:
         self._invoker._tell(f"{self._invoker.INVOCATIONS[self._slot]}: {line}")
 
-    # --- what a host calls ------------------------------------------------------------------------
+    # --- interface for hosts ------------------------------------------------------------------
 
     def _is_due(self, now: int) -> bool:
         due = self.next_deadline()
         return due is not None and (now - due) & CLOCK < FAR
 
     def next_deadline(self) -> int | None:
-        """Return when the first timer is due, in ticks; None where none is armed."""
+        """Return the first deadline in ticks, or None if no timer is armed."""
         first = super().next_deadline()
         for child in self._children:
             if child._running:
@@ -87,7 +87,7 @@ class Invoking(Machine):
     # --- macrosteps -------------------------------------------------------------------------------
 
     def _open(self, event: int) -> None:
-        """Begin the macrostep of an event that has just left the external queue."""
+        """Start the macrostep of an event that has just left the external queue."""
         super()._open(event)
         if (finalize := self._FINALIZE[event]) is not None:
             finalize(self)
@@ -111,7 +111,7 @@ class Invoking(Machine):
         return True
 
     def _settle(self) -> None:
-        """Go on until the configuration is stable and what was entered is invoked."""
+        """Run to a stable configuration and start its invocations."""
         self._complete()
         while self._waiting and self._running and self._fault is None:
             rest, self._waiting = self._waiting, 0
@@ -153,13 +153,13 @@ class Invoking(Machine):
             self._running = self._finished = False
 
     def _end(self) -> None:
-        """Leave all states (Appendix D, exitInterpreter), and tell the invoker of the end."""
+        """Exit all states (Appendix D, exitInterpreter), and notify the invoker."""
         super()._end()
         if self._finished:
             self._conclude()
 
     def _fire(self) -> None:
-        """Fire the first timer, at its deadline: of several due at once the own comes first."""
+        """Fire the first timer at its deadline; of equal ones, the machine's own comes first."""
         due = self.next_deadline()
         if not self._timer_count or self._timer_due[0] != due:
             self._now = due or 0
@@ -199,7 +199,7 @@ class Invoking(Machine):
     # --- invoked machines -------------------------------------------------------------------------
 
     def _commence(self, child: Any) -> None:
-        """Start an invoked machine, whose data are set: its first macrostep is run at once."""
+        """Start an invoked machine whose data are set, and run its first macrostep."""
         child._clear(self._now)
         if child.trace is not None:
             child._cause = f"@{self._now} > start"
@@ -212,9 +212,9 @@ class Invoking(Machine):
         self._absorb(child)
 
     def _settle_invoked(self) -> bool:
-        """Let the invoked machines take one event each, in document order, until all are quiet.
+        """Let each invoked machine take one event in turn, in document order, until all are quiet.
 
-        At most `MICROSTEPS` times; what is left then waits for the next step.
+        This repeats at most `MICROSTEPS` times. The rest waits for the next step.
         """
         is_done = False
         for _ in range(self.MICROSTEPS):
@@ -236,7 +236,7 @@ class Invoking(Machine):
             self._stop("invoked")
 
     def _dismiss(self, slot: int) -> None:
-        """End an invoked machine: it leaves its states, what it sends goes nowhere (6.4.3)."""
+        """Cancel an invoked machine: it exits its states; its events are dropped (SCXML 6.4.3)."""
         child = self._children[slot]
         if child._running:
             child._now = self._now

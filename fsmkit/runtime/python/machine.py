@@ -1,4 +1,4 @@
-"""The part of every generated machine that does not depend on its chart: what its host calls."""
+"""The interface for hosts of every generated machine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsmkit.runtime.python.trace import CLOCK, FAR, NOTHING
 
 
 class Machine(Stepping):
-    """A running chart; each generated class holds a copy of this and of what it stands on."""
+    """A running chart. Each generated class contains a copy of this class and its bases."""
 
     # --- copied from here on into each generated class --------------------------------------------
 
@@ -45,7 +45,7 @@ class Machine(Stepping):
             self._record_prepare()
 
     def _clear(self, now: int) -> None:
-        """Be as one that has just been started, but in no state yet."""
+        """Reset to a newly started machine without active states."""
         self._active = 1
         self._fault = None
         self._finished = False
@@ -61,10 +61,10 @@ class Machine(Stepping):
         self._chosen = 0
         self._empty_queues()
 
-    # --- what a host calls ------------------------------------------------------------------------
+    # --- interface for hosts ------------------------------------------------------------------
 
     def start(self, now: int = 0) -> None:
-        """Begin, or begin anew, at a time in ticks: enter the initial states."""
+        """Start or restart at a time in ticks: enter the initial states."""
         self._claim()
         try:
             if self.records is not None:
@@ -92,10 +92,10 @@ class Machine(Stepping):
         return self._place(*self._named(event, payload), payload)
 
     def dispatch(self, event: str, *payload: Any, now: int | None = None) -> bool:
-        """Process one event at once, ahead of the queue; whether it enabled a transition.
+        """Process an event immediately, ahead of the queue; return whether it enabled a transition.
 
-        At a time in ticks, else at that of the last call. A value given by ``reply`` is then in
-        `reply`.
+        `now` is a time in ticks; by default, that of the last call. A value given by ``reply`` is
+        then in `reply`.
         """
         index, _ = self._named(event, payload)
         self._claim()
@@ -106,7 +106,7 @@ class Machine(Stepping):
         return self._process(index)
 
     def _process(self, event: int) -> bool:
-        """Process an event at once, whose payload is at hand, by a machine that is claimed."""
+        """Process an event whose payload is stored; the machine must be claimed."""
         try:
             self.reply = None
             if not self._running:
@@ -127,10 +127,10 @@ class Machine(Stepping):
         return is_handled
 
     def run(self, now: int) -> bool:
-        """Do all that is to be done until a time in ticks; whether the machine goes on running.
+        """Process all events and timers up to `now` (ticks); return whether the machine still runs.
 
-        First the events of the queue, then the timers that are due, each with the events that the
-        machine sends itself meanwhile.
+        The queue comes first, then the expired timers, each followed by the events that the
+        machine sent to itself.
         """
         self._claim()
         try:
@@ -164,11 +164,11 @@ class Machine(Stepping):
         return self._running
 
     def _is_due(self, now: int) -> bool:
-        """Whether a timer is due at a time."""
+        """Return whether a timer has expired."""
         return self._timer_count > 0 and (now - self._timer_due[0]) & CLOCK < FAR
 
     def next_deadline(self) -> int | None:
-        """Return when the first timer is due, in ticks; None where none is armed."""
+        """Return the first deadline in ticks, or None if no timer is armed."""
         return self._timer_due[0] if self._timer_count else None
 
     def is_in(self, state: str) -> bool:
@@ -194,7 +194,7 @@ class Machine(Stepping):
         return self._fault
 
     def _claim(self) -> None:
-        """Begin a call of the host, unless one is under way."""
+        """Start a call of the host; it fails if another call is in progress."""
         if self._busy:
             raise RuntimeError(f"{self.NAME} was called from within one of its own steps")
         self._busy = True

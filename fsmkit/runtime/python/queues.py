@@ -17,7 +17,7 @@ class Queues(Traced):
         return self._queue_count + self._deferred_count < self.QUEUE
 
     def _enqueue(self, event: int) -> int:
-        """Make room at the end of the external queue; where its payload goes, or -1."""
+        """Append to the external queue; return the index for the payload, or -1 if full."""
         if not self._running or not self._has_room():
             return NOTHING
         at = (self._queue_head + self._queue_count) % self.QUEUE
@@ -26,7 +26,7 @@ class Queues(Traced):
         return at * self.WIDTH
 
     def _enqueue_own(self, event: int) -> int:
-        """Do the same for an event that the machine sends itself, and tell if it is lost."""
+        """Append an event that the machine sends to itself, and report an overflow."""
         if not self._has_room():
             if self.trace is not None:
                 self._tell("full queue")
@@ -37,7 +37,7 @@ class Queues(Traced):
         return at * self.WIDTH
 
     def _enqueue_internal(self, event: int) -> int:
-        """Make room at the end of the internal queue; where its payload goes. Full is a fault."""
+        """Append to the internal queue; return the index for the payload. Overflow is a fault."""
         if self._internal_count >= self.INTERNAL:
             if self.trace is not None:
                 self._tell("full internal")
@@ -47,11 +47,11 @@ class Queues(Traced):
         self._internal_count += 1
         self._internal_event[at] = event
         if self.WIDTH:
-            self._internal_fields[at * self.WIDTH] = ""  # all that an error may carry is an id
+            self._internal_fields[at * self.WIDTH] = ""  # the only payload of an error is an id
         return at * self.WIDTH
 
     def _recall(self) -> int:
-        """Take the oldest event that no active state defers any more, else one of the queue."""
+        """Take the oldest event that no active state defers now, else the oldest queued one."""
         for i in range(self._deferred_count):
             event = self._deferred_event[i]
             if not self._active & self.DEFERRING[event]:
@@ -86,7 +86,7 @@ class Queues(Traced):
         return self._internal_event[at]
 
     def _defer(self, event: int) -> None:
-        """Keep the event at hand until no active state defers it."""
+        """Keep the current event until no active state defers it."""
         at = self._deferred_count
         self._deferred_count += 1
         self._deferred_event[at] = event
@@ -109,14 +109,14 @@ class Queues(Traced):
             self._record_broken()
 
     def _error_execution(self) -> None:
-        """Tell that content could not be evaluated."""
+        """Report content that could not be evaluated."""
         if self.trace is not None:
             self._tell("error error.execution")
         if self.ERROR_EXECUTION >= 0:
             self._enqueue_internal(self.ERROR_EXECUTION)
 
     def _clamp(self, value: int, lo: int, hi: int) -> int:
-        """Return the nearest value of a range, and tell if that is another."""
+        """Return the nearest value of a range, and report a change."""
         if lo <= value <= hi:
             return value
         if self.trace is not None:

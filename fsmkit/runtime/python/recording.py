@@ -1,6 +1,6 @@
-"""What a machine does, as the records that generated C makes (`runtime.tracing.records`).
+"""Record the steps of a machine in the format of generated C (`runtime.tracing.records`).
 
-A machine of a family records through the outermost, whose numbers count all of them.
+Invoked machines record through the outermost one, whose numbers include theirs.
 """
 
 # ruff: noqa: SLF001  (machines of one family know each other)
@@ -43,7 +43,7 @@ class Recording(Saving):
     # --- records ----------------------------------------------------------------------------------
 
     def _record_prepare(self) -> None:
-        """Begin without records; be the outermost, until a machine around takes this one."""
+        """Start without records, as outermost machine; an invoking machine replaces that."""
         self.records = bytearray()
         self._record_told = 0
         self._record_synced = 0
@@ -67,20 +67,20 @@ class Recording(Saving):
     # --- calls of the host ------------------------------------------------------------------------
 
     def _record_starting(self, now: int) -> None:
-        """Record what the machine is before it starts, and all inputs."""
+        """Record the state before the start, and all inputs."""
         self._record_open(now)
         self._record_sync(now)
         self._record_read(is_start=True)
 
     def _record_calling(self, now: int) -> None:
-        """Record what stands before a call: once a second the whole state; changed inputs."""
+        """Record the state before a call: changed inputs, and once a second the whole state."""
         self._record_open(now)
         if (now - self._record_synced) & CLOCK >= self._RECORD_PERIOD:
             self._record_whole(now)
         self._record_read(is_start=False)
 
     def _record_dispatched(self, event: int) -> None:
-        """Record an event that is processed at once, with the payload at hand."""
+        """Record an event that is processed immediately, with the current payload."""
         self._record_put(
             self._record_now,
             self._RECORD_FIRST[1] + event,
@@ -99,7 +99,7 @@ class Recording(Saving):
             self.records.append(0x76)
 
     def _record_broken(self) -> None:
-        """Record what the machine is after an exception of the host: no interpreter gets there."""
+        """Record the state after an exception of the host, which no interpreter can compute."""
         self._record_sync(self._record_now)
 
     def _record_restored(self, now: int) -> None:
@@ -168,7 +168,7 @@ class Recording(Saving):
         self.records += payload
 
     def _record_time(self, now: int) -> None:
-        """Put the ticks that passed since the last time that was told."""
+        """Write the ticks since the last recorded time."""
         passed = (now - self._record_told) & CLOCK
         self._record_told = now
         if passed > 0x7F:

@@ -1,4 +1,4 @@
-"""Saving a machine to bytes and restoring it; what they mean is said in `fsmkit.plan.image`."""
+"""Save a machine to bytes and restore it; `fsmkit.plan.image` describes the format."""
 
 # ruff: noqa: SLF001  (machines of one family know each other)
 
@@ -39,10 +39,10 @@ class Saving(Imaging):
     # --- saving -----------------------------------------------------------------------------------
 
     def save(self, now: int | None = None) -> bytes:
-        """Return the machine as bytes, timers with the time they have left.
+        """Return the machine as bytes, with the remaining time of each timer.
 
-        At a time in ticks, else at that of the last call. ValueError for a text that the chart
-        nowhere mentions, and after an exception of the host in the midst of a step.
+        `now` is a time in ticks; by default, that of the last call. Raises ValueError for a string
+        that the chart does not contain, and after an exception of the host within a step.
         """
         self._claim()
         try:
@@ -53,9 +53,9 @@ class Saving(Imaging):
             self._busy = False
 
     def restore(self, saved: bytes, now: int = 0) -> None:
-        """Go on from what was saved, at a time in ticks.
+        """Continue from saved bytes at a time in ticks.
 
-        ValueError for what is damaged, which leaves a machine that has not been started, or of
+        Raises ValueError for damaged bytes, which leave the machine unstarted, and for bytes of
         another chart.
         """
         self._claim()
@@ -86,7 +86,7 @@ class Saving(Imaging):
         return bytes(data) + struct.pack("<I", zlib.crc32(data))
 
     def _forget(self, now: int) -> None:
-        """Be as one that has not been started."""
+        """Reset to a machine that has not been started."""
         self._reset_data()
         self._clear(now)
         self._running = False

@@ -10,14 +10,14 @@ from fsmkit.runtime.python.trace import NOTHING
 
 
 class Stepping(Timers):
-    """What a machine does with an event or a timeout."""
+    """The reaction of a machine to an event or a timeout."""
 
     # --- copied from here on into each generated class --------------------------------------------
 
     # --- macrosteps -------------------------------------------------------------------------------
 
     def _open(self, event: int) -> None:
-        """Begin the macrostep of an event, whose payload is at hand."""
+        """Start the macrostep of an event whose payload is stored."""
         self._budget = self.MICROSTEPS
         self._event = event
         if self.trace is not None:
@@ -25,7 +25,7 @@ class Stepping(Timers):
             self._tell(None)
 
     def _try_eventless(self) -> None:
-        """Take what the inputs enable, without an event."""
+        """Take the eventless transitions that the inputs enable."""
         self._budget = self.MICROSTEPS
         self._event = NOTHING
         if self.trace is not None:
@@ -33,7 +33,7 @@ class Stepping(Timers):
         self._settle()
 
     def _take_queued(self) -> bool:
-        """Take the oldest recalled event, else the oldest of the queue, if there is one."""
+        """Take the oldest recalled event, else the oldest queued one; return whether it exists."""
         event = self._recall() if self._deferred_count else self._take_external()
         if event == NOTHING:
             return False
@@ -43,7 +43,7 @@ class Stepping(Timers):
         return True
 
     def _react(self, event: int, *, may_defer: bool) -> bool:
-        """Take what an event enables; else keep it for later, or tell that nobody wants it."""
+        """Take the transitions that an event enables; else defer it or report it as unhandled."""
         self._event = event
         self._is_deferred = False
         self._tried = 0
@@ -174,14 +174,14 @@ class Stepping(Timers):
         self._finished = True
 
     def _field(self, name: str) -> Any:
-        """Return a part of the payload at hand; the event may be one that has no such part."""
+        """Return a field of the current payload; fails if the current event lacks it."""
         at = self.FIELDS[self._event].get(name) if self._event >= 0 else None
         if at is None:
             raise ContentError(f"no event with {name} is at hand")
         return self._fields[at]
 
     def _event_name(self, texts: tuple[str, ...] | None = None) -> str:
-        """Return the name of the event at hand, or what it has in ``texts``; empty if none is."""
+        """Return the name of the current event, or its entry in ``texts``; empty if no event."""
         return (texts or self.EVENTS)[self._event] if self._event >= 0 else ""
 
     # --- timeouts ---------------------------------------------------------------------------------
@@ -253,11 +253,11 @@ class Stepping(Timers):
             self._chosen = self._chosen & ~clash | bit
 
     def _clashes(self, transition: int) -> int:
-        """Return the transitions whose exit sets meet that of this one."""
+        """Return the transitions whose exit sets intersect that of `transition`."""
         return self.CLASHES[transition]
 
     def _test(self, transition: int) -> bool:
-        """Evaluate a guard, once in a selection; one that fails is false."""
+        """Evaluate a guard once per selection; a failing guard is false."""
         bit = 1 << transition
         if self._tried & bit:
             return bool(self._held & bit)

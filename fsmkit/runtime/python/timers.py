@@ -15,7 +15,7 @@ class Timers(Queues):
     # --- timers -----------------------------------------------------------------------------------
 
     def _arm(self, what: int, delay: int) -> int:
-        """Insert a timer behind those that are due no later; return its place.
+        """Insert a timer after those with an earlier or equal deadline; return its index.
 
         ``what`` is a transition, or the complement of the event to send.
         """
@@ -55,7 +55,7 @@ class Timers(Queues):
                 return
 
     def _later(self, event: int, delay: int, mark: int, route: int, peer: str | None) -> int:
-        """Note a delayed send; where its payload goes, or -1 where there are too many."""
+        """Store a delayed send; return the index for its payload, or -1 if the table is full."""
         if delay < 0:
             raise ContentError("a delay cannot be negative")
         if self._sends >= self.DELAYED:

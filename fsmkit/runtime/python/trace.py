@@ -1,7 +1,7 @@
-"""What each machine declares, and how it tells what it does.
+"""The attributes that each machine declares, and its trace.
 
-Sets of states and of transitions are integers, one bit for each; queues and timers are lists that
-never change their length: a step makes nothing that the garbage collector would have to look after.
+Sets of states and of transitions are integers, one bit for each. Queues and timers are lists of
+constant length, so that a step creates nothing that the garbage collector tracks.
 
 The payload of entry ``i`` of a queue is ``fields[i * WIDTH : i * WIDTH + WIDTH]``. Times are ticks
 modulo 2^32; deadlines compare by their distance, which is below 2^31.
@@ -112,7 +112,7 @@ class Traced(Unrecorded):
     # --- trace ------------------------------------------------------------------------------------
 
     def _tell(self, line: str | None) -> None:
-        """Give the trace a line, after the one that tells what caused it."""
+        """Write a line to the trace, after the line of its cause."""
         if self.records is not None:
             self._record_root._record_is_open = True
         trace = self.trace

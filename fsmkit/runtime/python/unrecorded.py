@@ -1,6 +1,6 @@
-"""The names of `Recording`, and of what counts, for what stands below it.
+"""Declare the methods of `Recording` and of the counters for the classes below them.
 
-Nothing of this is in a generated class.
+Generated classes contain nothing of this module.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class Unrecorded:
-    """A machine that tests whether it is recorded or counts; what is known is printed nowhere."""
+    """A machine with tests for recording and counting; the generator removes constant ones."""
 
     records: bytearray
     _counting: Any
@@ -22,16 +22,16 @@ class Unrecorded:
         """Count a transition."""
 
     def _record_prepare(self) -> None:
-        """Begin without records."""
+        """Start without records."""
 
     def _record_starting(self, now: int) -> None:
-        """Record what stands before a start."""
+        """Record the state before a start."""
 
     def _record_calling(self, now: int) -> None:
-        """Record what stands before a call."""
+        """Record the state before a call."""
 
     def _record_dispatched(self, event: int) -> None:
-        """Record an event that is processed at once."""
+        """Record an event that is processed immediately."""
 
     def _record_posted(self, event: int, payload: Any) -> None:
         """Record an event that is posted."""

@@ -1,8 +1,8 @@
-"""A trace, followed: the interpreter does again what a target did, and must do the same.
+"""Follow a trace: replay the steps of a target in the interpreter, and compare them.
 
-At level 2 a call of the host is done again when its end is told, operations answering what was
-recorded: everything is known. At level 1, and after a loss up to the next saved machine or start,
-transitions move states and no more is known. After a loss not even states are, up to the next sync.
+At level 2, a host call is replayed at its end with the recorded results of operations, so that all
+data are known. At level 1, and after a loss up to the next snapshot or start, only transitions and
+states are known. After a loss even the states are unknown up to the next sync.
 """
 
 from __future__ import annotations
@@ -19,44 +19,44 @@ from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.run import (
     at_time,
-    most_at_once,
+    max_steps_at_one_time,
     step_eventless,
     step_timer,
 )
 from fsmkit.runtime.interpreter.snapshot import Post
 from fsmkit.runtime.interpreter.trace import active_leaves, value_text
-from fsmkit.runtime.recording import Happened, recorded_of
+from fsmkit.runtime.recording import LogEntry, log_entries_of
 from fsmkit.runtime.tracing import shapes
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
     TELLS_ALL,
-    Came,
     End,
+    EventRecord,
     Gap,
+    InputRecord,
     Instance,
     Lost,
     Note,
-    Passed,
-    Read,
-    Restored,
-    Returned,
-    Saved,
+    RestoreRecord,
+    ResultRecord,
+    SnapshotRecord,
     Spoilt,
-    Started,
+    StartRecord,
     Sync,
-    Took,
+    TimeRecord,
+    TransitionRecord,
 )
 from fsmkit.runtime.tracing.stream import Timed
 
 MOST_POSTED = 100_000
-"""Records of one call: more are no call."""
+"""Maximum number of records of one call."""
 
 
 @dataclass(frozen=True, slots=True)
-class Did:
-    """A macrostep; ``is_known``: with all data, else only what it did to the states.
+class ReplayedStep:
+    """A macrostep. ``is_known``: with all data, otherwise with its states only.
 
-    ``machine``: 0, or, where data are not known, that of a machine in a slot.
+    ``machine``: 0, or the number of a machine in a slot if data are unknown.
     """
 
     at: int
@@ -67,15 +67,15 @@ class Did:
 
 
 @dataclass(frozen=True, slots=True)
-class Whole:
-    """All of a machine that is known, not by a step: a sync or a saved machine told it."""
+class CompleteState:
+    """The state of a machine, from a sync or a snapshot instead of a step."""
 
     at: int
     instance: int
     snapshot: Snapshot
     is_known: bool
     invoked: tuple[Snapshot | None, ...] = ()
-    """Where data are not known: by number less one, the machines in slots."""
+    """The machines in slots, by number less one, if data are unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +111,8 @@ class Missing:
 
 
 @dataclass(frozen=True, slots=True)
-class Parted:
-    """The interpreter does not do what the target did; from here on the data are not known."""
+class Divergence:
+    """The interpreter and the target differ; the data are unknown from here on."""
 
     at: int
     instance: int
@@ -120,7 +120,7 @@ class Parted:
 
 
 @dataclass(frozen=True, slots=True)
-class Noted:
+class HostNote:
     """A number of the host."""
 
     at: int
@@ -128,20 +128,20 @@ class Noted:
     number: int
 
 
-Followed = Did | Whole | Posted | Changed | Missing | Parted | Noted
-Item = Took | Returned | Came | Started
+Followed = ReplayedStep | CompleteState | Posted | Changed | Missing | Divergence | HostNote
+Item = TransitionRecord | ResultRecord | EventRecord | StartRecord
 
 
-class _PartedError(Exception):
-    """The interpreter does something else; the message says what."""
+class _DivergenceError(Exception):
+    """The interpreter and the target differ; the message names the difference."""
 
 
 @dataclass
 class _Host:
-    """Operations that return what was recorded; events that they posted meanwhile."""
+    """Operations with recorded results, and the events that they posted."""
 
     chart: Chart
-    left: deque[Returned | Came]
+    left: deque[ResultRecord | EventRecord]
     late: list[Occurrence] = field(default_factory=list)
     """Events that were posted after the last call of a step."""
     post: Post | None = None
@@ -152,16 +152,16 @@ class _Host:
         del arguments
         self.take_posts()
         found = self.left[0] if self.left else None
-        if isinstance(found, Returned) and found.operation == operation:
+        if isinstance(found, ResultRecord) and found.operation == operation:
             self.left.popleft()
             return found.value
         if _has_result(self.chart, operation):
-            then = f"`{found.operation}`" if isinstance(found, Returned) else "no operation"
-            raise _PartedError(f"the interpreter calls `{operation}`; the target called {then}")
+            then = f"`{found.operation}`" if isinstance(found, ResultRecord) else "no operation"
+            raise _DivergenceError(f"the interpreter calls `{operation}`; the target called {then}")
         return None
 
     def accept_posts(self, chart: Chart, post: Post) -> None:
-        """Take the function that posts to the machine of a step, not to one that it invokes."""
+        """Store the function that posts to the machine; invoked machines have their own."""
         if chart is self.chart:
             self.post = post
 
@@ -174,9 +174,9 @@ class _Host:
 
     def take_posts(self) -> None:
         """Take the events that were posted before the next result."""
-        while self.left and isinstance(self.left[0], Came):
+        while self.left and isinstance(self.left[0], EventRecord):
             came = self.left.popleft()
-            assert isinstance(came, Came)  # noqa: S101  (looked at above)
+            assert isinstance(came, EventRecord)  # noqa: S101  (checked above)
             occurrence = Occurrence(came.event, came.payload)
             if self.post is None:
                 self.late.append(occurrence)
@@ -195,7 +195,7 @@ def _has_result(chart: Chart, operation: str) -> bool:
 
 
 class _Machine:
-    """One machine: what is known of it, and the call of its host that is not ended."""
+    """The known state of one machine, and the records of its unfinished host call."""
 
     def __init__(self, instance: int, numbering: Numbering) -> None:
         self.instance = instance
@@ -205,14 +205,14 @@ class _Machine:
         """All, if ``is_known``; else the states, if there is one."""
         self.is_known = False
         self.invoked: list[Snapshot | None] = [None] * (len(numbering.machines) - 1)
-        """Where data are not known: the machines in slots."""
+        """The machines in slots, if data are unknown."""
         self.tells_all = False
         self.inputs: dict[int, Value] = {}
         self.items: list[Item] = []
         self.in_call = False
-        """Something of the call came."""
+        """Whether a record of the present call has arrived."""
         self.is_cut = False
-        """What came of the call is not all of it."""
+        """Whether records of the present call are missing."""
 
     # --- losses ---------------------------------------------------------------------------
 
@@ -225,14 +225,14 @@ class _Machine:
     # --- whole states ---------------------------------------------------------------------
 
     def sync(self, sync: Sync, at: int) -> Iterator[Followed]:
-        """Take the states that were told, or compare them with what is known."""
+        """Set the states of a sync, or compare them with the known states."""
         self.tells_all = bool(sync.status & TELLS_ALL)
-        self.items.clear()  # a sync stands before a call
+        self.items.clear()  # a sync precedes a call
         self.is_cut = self.in_call = False
-        found = self._told(sync, at)
+        found = self._sync_snapshots(sync, at)
         if found is None:
             self.lose()
-            yield Parted(at, self.instance, "the states that were told cannot be active together")
+            yield Divergence(at, self.instance, "the recorded states cannot be active together")
             return
         whole, invoked = found
         if self.snapshot is not None and self.snapshot.running and whole.running:
@@ -242,15 +242,15 @@ class _Machine:
                 return
             if self.is_known:
                 text = f"the interpreter is in {' '.join(here)}; the target in {' '.join(there)}"
-                yield Parted(at, self.instance, text)
+                yield Divergence(at, self.instance, text)
         elif self.is_known and self.snapshot is not None and not whole.running:
             if not self.snapshot.running:
                 return
-            yield Parted(at, self.instance, "the target stopped; the interpreter did not")
+            yield Divergence(at, self.instance, "the target stopped; the interpreter did not")
         self.snapshot, self.invoked, self.is_known = whole, invoked, False
-        yield Whole(at, self.instance, whole, is_known=False, invoked=tuple(invoked))
+        yield CompleteState(at, self.instance, whole, is_known=False, invoked=tuple(invoked))
 
-    def _told(self, sync: Sync, at: int) -> tuple[Snapshot, list[Snapshot | None]] | None:
+    def _sync_snapshots(self, sync: Sync, at: int) -> tuple[Snapshot, list[Snapshot | None]] | None:
         """Return the machines of a sync; None for states that cannot be."""
         found: list[Snapshot | None] = []
         place = 0
@@ -261,31 +261,31 @@ class _Machine:
             status = sync.status if number == 0 else int(any(numbers))
             fault = sync.fault if number == 0 else 0
             try:
-                own = shapes.whole(image, numbers, status, fault, at)
+                own = shapes.snapshot_of_sync(image, numbers, status, fault, at)
             except (ValueError, IndexError, KeyError):
                 return None
             found.append(own if number == 0 or any(numbers) else None)
         assert found[0] is not None  # noqa: S101  (the first is always there)
         return found[0], found[1:]
 
-    def restore(self, saved: Saved, at: int) -> Iterator[Followed]:
-        """Take a saved machine; where all is known its data must be those of the interpreter."""
+    def restore(self, saved: SnapshotRecord, at: int) -> Iterator[Followed]:
+        """Set the state of a snapshot, or compare it with the interpreter's if that is known."""
         try:
             found = snapshot_bytes.unpack(self.chart, saved.data, at)
         except FsmkitError as error:
             yield Missing(at, len(saved.data), "bytes", error.diagnostics[0].message)
             return
         if self.is_known and self.snapshot is not None:
-            different = self._different(self.snapshot, found)
+            different = self._difference(self.snapshot, found)
             if not different:
                 return
-            yield Parted(at, self.instance, f"the target has other data: {different}")
+            yield Divergence(at, self.instance, f"the target has other data: {different}")
         self.snapshot, self.is_known, self.is_cut = found, True, False
         self.inputs = dict(enumerate(found.inputs))
-        yield Whole(at, self.instance, found, is_known=True)
+        yield CompleteState(at, self.instance, found, is_known=True)
 
-    def _different(self, here: Snapshot, there: Snapshot) -> str:
-        """Return what differs in the data; inputs may have changed since they were told."""
+    def _difference(self, here: Snapshot, there: Snapshot) -> str:
+        """Return the differing variables; inputs are ignored, as they may have changed since."""
         variables = (*self.chart.data, *self.chart.outputs)
         each = zip(variables, here.data, there.data, strict=True)
         return ", ".join(
@@ -294,9 +294,9 @@ class _Machine:
             if value_text(own) != value_text(told)
         )
 
-    # --- what happens ---------------------------------------------------------------------
+    # --- records of steps ---------------------------------------------------------------------
 
-    def read(self, read: Read, at: int) -> Iterator[Followed]:
+    def read(self, read: InputRecord, at: int) -> Iterator[Followed]:
         """Take an input."""
         self.in_call = True
         self.inputs[read.place] = read.value
@@ -307,8 +307,8 @@ class _Machine:
         known = self.snapshot if self.is_known else None
         yield Changed(at, self.instance, read.place, read.value, known)
 
-    def came(self, came: Came, at: int) -> Iterator[Followed]:
-        """Take an event: at once, where it was posted between two calls."""
+    def take_event(self, came: EventRecord, at: int) -> Iterator[Followed]:
+        """Post an event that arrived between two calls; otherwise store it for the replay."""
         occurrence = Occurrence(came.event, came.payload)
         if came.is_dispatched or self.in_call:
             self.in_call = True
@@ -323,19 +323,19 @@ class _Machine:
         known = self.snapshot if self.is_known else None
         yield Posted(at, self.instance, occurrence, fits, known)
 
-    def took(self, took: Took, at: int) -> Iterator[Followed]:
+    def take_transition(self, took: TransitionRecord, at: int) -> Iterator[Followed]:
         """Take a transition."""
         self.in_call = self.tells_all
         self._note(took)
         if not self.is_known and not self._is_starting:
             yield from self._move(took, at)
 
-    def returned(self, returned: Returned) -> None:
+    def take_result(self, returned: ResultRecord) -> None:
         """Take a result."""
         self.in_call = True
         self._note(returned)
 
-    def started(self, started: Started, at: int) -> Iterator[Followed]:
+    def started(self, started: StartRecord, at: int) -> Iterator[Followed]:
         """Take a start."""
         self.in_call = self.tells_all
         if started.machine == 0 and self.tells_all:
@@ -350,15 +350,15 @@ class _Machine:
 
     @property
     def _is_starting(self) -> bool:
-        return bool(self.items) and self.items[0] == Started(0)
+        return bool(self.items) and self.items[0] == StartRecord(0)
 
     def _start(self, machine: int, at: int) -> Iterator[Followed]:
         chart = self.numbering.machines[machine]
         done = shapes.started(chart, at)
         self._put(machine, done.after)
-        yield Did(at, self.instance, done, is_known=False, machine=machine)
+        yield ReplayedStep(at, self.instance, done, is_known=False, machine=machine)
 
-    def _move(self, took: Took, at: int) -> Iterator[Followed]:
+    def _move(self, took: TransitionRecord, at: int) -> Iterator[Followed]:
         """Let a transition move the states, if those before it are known."""
         chart = self.numbering.machines[took.machine]
         held = self.snapshot if took.machine == 0 else self.invoked[took.machine - 1]
@@ -366,11 +366,13 @@ class _Machine:
             return
         if chart.transitions[took.transition].source not in held.configuration:
             self._put(took.machine, None)
-            yield Parted(at, self.instance, f"transition {took.transition} has an inactive source")
+            yield Divergence(
+                at, self.instance, f"transition {took.transition} has an inactive source"
+            )
             return
-        done = shapes.moved(chart, held, took.transition, at)
+        done = shapes.step_of_transition(chart, held, took.transition, at)
         self._put(took.machine, done.after)
-        yield Did(at, self.instance, done, is_known=False, machine=took.machine)
+        yield ReplayedStep(at, self.instance, done, is_known=False, machine=took.machine)
 
     def _put(self, machine: int, snapshot: Snapshot | None) -> None:
         if machine == 0:
@@ -384,44 +386,46 @@ class _Machine:
         """Do a call of the host again."""
         items, self.items = self.items, []
         is_cut, self.is_cut, self.in_call = self.is_cut, False, False
-        is_start = bool(items) and items[0] == Started(0)
+        is_start = bool(items) and items[0] == StartRecord(0)
         if is_cut or not (self.is_known or is_start):
             return
         before = self.snapshot
         try:
-            steps = self._again(items, at, is_start=is_start)
-        except (_PartedError, FsmkitError) as error:
+            steps = self._replay(items, at, is_start=is_start)
+        except (_DivergenceError, FsmkitError) as error:
             told = error.diagnostics[0].message if isinstance(error, FsmkitError) else str(error)
-            yield from self._part(before, items, at, told)
+            yield from self._diverge(before, items, at, told)
             return
         for done in steps:
-            yield Did(done.at, self.instance, done, is_known=True)
+            yield ReplayedStep(done.at, self.instance, done, is_known=True)
         after = steps[-1].after if steps else before
         self.snapshot, self.is_known = after and at_time(after, at), True
 
-    def _part(
+    def _diverge(
         self, before: Snapshot | None, items: Iterable[Item], at: int, message: str
     ) -> Iterator[Followed]:
-        """Go on with what the target says of its states."""
+        """Report a divergence and continue with the recorded states."""
         self.is_known = False
-        self.snapshot = before and shapes.states_of(self.chart, before)
+        self.snapshot = before and shapes.without_data(self.chart, before)
         self.invoked = [None] * len(self.invoked)
-        yield Parted(at, self.instance, message)
+        yield Divergence(at, self.instance, message)
         for item in items:
-            if item == Started(0):
+            if item == StartRecord(0):
                 yield from self._start(0, at)
-            elif isinstance(item, Took) and item.machine == 0:
+            elif isinstance(item, TransitionRecord) and item.machine == 0:
                 yield from self._move(item, at)
 
-    def _again(self, items: list[Item], at: int, *, is_start: bool) -> list[Macrostep]:
-        """Return the macrosteps of a call; `_PartedError` where they are not those of the target.
+    def _replay(self, items: list[Item], at: int, *, is_start: bool) -> list[Macrostep]:
+        """Return the macrosteps of a call; raises `_DivergenceError` if they differ.
 
-        An event that was posted before the next result enters the queue at the next call of an
-        operation, else after the macrostep.
+        An event posted before a result enters the queue at the operation's call, or after the
+        macrostep.
         """
         chart, steps = self.chart, list[Macrostep]()
-        dispatched = [i for i in items if isinstance(i, Came) and i.is_dispatched]
-        left = (i for i in items if isinstance(i, Returned | Came) and i not in dispatched)
+        dispatched = [i for i in items if isinstance(i, EventRecord) and i.is_dispatched]
+        left = (
+            i for i in items if isinstance(i, ResultRecord | EventRecord) and i not in dispatched
+        )
         host = _Host(chart, deque(left))
         if is_start:
             inputs = tuple(
@@ -448,27 +452,27 @@ class _Machine:
 
     def _compare(self, items: Iterable[Item], steps: Iterable[Macrostep]) -> None:
         """Stop at the first thing that the target did differently."""
-        every = (each for step in steps for each in recorded_of(self.chart, step))
+        every = (each for step in steps for each in log_entries_of(self.chart, step))
         here = [each for each in every if each.operation is None or each.result is not None]
         there = [
-            Happened(item.machine, transition=item.transition)
-            if isinstance(item, Took)
-            else Happened(item.machine, item.operation, item.value)
+            LogEntry(item.machine, transition=item.transition)
+            if isinstance(item, TransitionRecord)
+            else LogEntry(item.machine, item.operation, item.value)
             for item in items
-            if isinstance(item, Took | Returned)
+            if isinstance(item, TransitionRecord | ResultRecord)
         ]
         for place in range(max(len(here), len(there))):
             one = here[place] if place < len(here) else None
             other = there[place] if place < len(there) else None
             if one != other:
-                raise _PartedError(
+                raise _DivergenceError(
                     f"the interpreter does: {one or 'nothing more'}; "
                     f"the target did: {other or 'nothing more'}"
                 )
 
 
 def _run(chart: Chart, snapshot: Snapshot, now: int, host: _Host) -> Iterator[Macrostep]:
-    """Yield the macrosteps of `interpreter.run`, events posted meanwhile taken in between."""
+    """Yield the macrosteps of `interpreter.run`, with the events that arrive during it."""
     current = at_time(snapshot, now)
 
     def late() -> Snapshot:
@@ -487,7 +491,7 @@ def _run(chart: Chart, snapshot: Snapshot, now: int, host: _Host) -> Iterator[Ma
             yield tried
     allowance = len(current.queue) + len(current.deferred) + chart.capacities.microsteps
     at_once = 0
-    while current.running and at_once <= most_at_once(chart):
+    while current.running and at_once <= max_steps_at_one_time(chart):
         following = interpreter.step_event(chart, current, host) if allowance > 0 else None
         if following is not None:
             allowance -= 1
@@ -510,10 +514,10 @@ class Follower:
 
     def __init__(self) -> None:
         self.machines: dict[int, _Machine] = {}
-        """By instance, those of which a sync told the chart."""
+        """The machines by instance, once a sync has identified their charts."""
 
     def follow(self, timed: Timed, numbering: Numbering | None) -> Iterator[Followed]:
-        """Yield what something of the trace means; ``numbering``: of the machine's chart."""
+        """Yield the meaning of a trace item; ``numbering``: of the machine's chart."""
         told, at, instance = timed.told, timed.at, timed.instance
         match told:
             case Lost(count):
@@ -523,11 +527,11 @@ class Follower:
             case Spoilt(size, why):
                 yield from self._lose(at, size, "bytes", why)
             case Note(number):
-                yield Noted(at, instance, number)
-            case Passed() | Instance():
+                yield HostNote(at, instance, number)
+            case TimeRecord() | Instance():
                 pass
             case _ if numbering is not None:
-                yield from self._of(instance, numbering, timed)
+                yield from self._follow_machine(instance, numbering, timed)
             case _:
                 pass
 
@@ -536,26 +540,28 @@ class Follower:
             machine.lose()
         yield Missing(at, count, where, why)
 
-    def _of(self, instance: int, numbering: Numbering, timed: Timed) -> Iterator[Followed]:
+    def _follow_machine(
+        self, instance: int, numbering: Numbering, timed: Timed
+    ) -> Iterator[Followed]:
         machine = self.machines.get(instance)
         if machine is None or machine.numbering is not numbering:
             machine = self.machines[instance] = _Machine(instance, numbering)
         match timed.told:
             case Sync() as sync:
                 yield from machine.sync(sync, timed.at)
-            case Saved() as saved:
+            case SnapshotRecord() as saved:
                 yield from machine.restore(saved, timed.at)
-            case Restored():
+            case RestoreRecord():
                 machine.lose()
-            case Read() as read:
+            case InputRecord() as read:
                 yield from machine.read(read, timed.at)
-            case Came() as came:
-                yield from machine.came(came, timed.at)
-            case Took() as took:
-                yield from machine.took(took, timed.at)
-            case Returned() as returned:
-                machine.returned(returned)
-            case Started() as started:
+            case EventRecord() as came:
+                yield from machine.take_event(came, timed.at)
+            case TransitionRecord() as took:
+                yield from machine.take_transition(took, timed.at)
+            case ResultRecord() as returned:
+                machine.take_result(returned)
+            case StartRecord() as started:
                 yield from machine.started(started, timed.at)
             case End():
                 yield from machine.end(timed.at)

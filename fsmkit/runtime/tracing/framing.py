@@ -1,10 +1,9 @@
-"""Frames for a line that loses and changes bytes: COBS of sequence, records, CRC; then a zero.
+"""Frames for a line that loses and changes bytes: COBS of sequence, records and CRC, then zero.
 
-COBS (Cheshire, Baker: Consistent Overhead Byte Stuffing, 1999) leaves no zero within a frame, so
-that a reader finds the next one after anything. The CRC is CRC-16/CCITT-FALSE (ITU-T V.41:
-polynomial 0x1021, initial value 0xFFFF, not reflected) of sequence and records, its high byte
-first. The sequence counts frames modulo 128; its bit 7 says that the frame may begin within a
-record.
+COBS (Cheshire, Baker: Consistent Overhead Byte Stuffing, 1999) removes zeros from a frame, so that
+a reader finds the next frame after any damage. The CRC is CRC-16/CCITT-FALSE (ITU-T V.41:
+polynomial 0x1021, initial value 0xFFFF, not reflected) of sequence and records, high byte first.
+The sequence counts frames modulo 128. Its bit 7 marks a frame that may start within a record.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from fsmkit.runtime.tracing.records import Gap
 MOST = 240
 """Bytes of records in a frame."""
 LONGEST = 1 + MOST + 2 + 1
-"""Bytes of a frame after COBS, its zero left out: one code byte for at most 254 others."""
+"""Bytes of a frame after COBS, without its zero: one code byte per 254 others."""
 SEQUENCE = 0x7F
 WITHIN = 0x80
-"""The frame may begin within a record."""
+"""The frame may start within a record."""
 
 
 def crc16(data: bytes) -> int:
@@ -33,7 +32,7 @@ def crc16(data: bytes) -> int:
     return crc
 
 
-def stuffed(data: bytes) -> bytes:
+def cobs_encode(data: bytes) -> bytes:
     """Return bytes without a zero, by COBS; one more in each 254."""
     out = bytearray()
     block = bytearray()
@@ -51,8 +50,8 @@ def stuffed(data: bytes) -> bytes:
     return bytes(out)
 
 
-def unstuffed(data: bytes) -> bytes | None:
-    """Return what was stuffed; None for bytes that nothing gives."""
+def cobs_decode(data: bytes) -> bytes | None:
+    """Return the decoded bytes, or None if `data` is not COBS."""
     out = bytearray()
     at = 0
     while at < len(data):
@@ -67,24 +66,26 @@ def unstuffed(data: bytes) -> bytes | None:
     return bytes(out)
 
 
-def framed(sequence: int, data: bytes, *, is_within: bool = False) -> bytes:
+def encode_frame(sequence: int, data: bytes, *, is_within: bool = False) -> bytes:
     """Return the frame of at most `MOST` bytes of records, with its zero."""
     if len(data) > MOST:
         raise ValueError(f"a frame holds {MOST} bytes, not {len(data)}")
     head = sequence & SEQUENCE | (WITHIN if is_within else 0)
     content = bytes((head, *data))
-    return stuffed(content + crc16(content).to_bytes(2, "big")) + b"\0"
+    return cobs_encode(content + crc16(content).to_bytes(2, "big")) + b"\0"
 
 
-def frames(data: bytes, sequence: int = 0) -> bytes:
-    """Return the frames of a stream, as the writer in C cuts it."""
+def encode_frames(data: bytes, sequence: int = 0) -> bytes:
+    """Return the frames of a stream, cut as by the writer in C."""
     parts = [data[at : at + MOST] for at in range(0, len(data), MOST)]
-    return b"".join(framed(sequence + n, part, is_within=n > 0) for n, part in enumerate(parts))
+    return b"".join(
+        encode_frame(sequence + n, part, is_within=n > 0) for n, part in enumerate(parts)
+    )
 
 
-def unframed(frame: bytes) -> tuple[int, bool, bytes] | None:
-    """Return sequence, whether it may begin within a record, and records; None if it is spoilt."""
-    content = unstuffed(frame) if len(frame) <= LONGEST else None
+def decode_frame(frame: bytes) -> tuple[int, bool, bytes] | None:
+    """Return sequence, whether it may start within a record, and records; None if damaged."""
+    content = cobs_decode(frame) if len(frame) <= LONGEST else None
     if content is None or len(content) < 3:
         return None
     if crc16(content[:-2]) != int.from_bytes(content[-2:], "big"):
@@ -94,10 +95,10 @@ def unframed(frame: bytes) -> tuple[int, bool, bytes] | None:
 
 @dataclass(slots=True)
 class Unframer:
-    """Bytes of a line in, bytes of records and gaps out.
+    """Decodes the frames in the bytes of a line.
 
-    ``frames``, ``spoilt`` and ``lost`` count what came whole, what did not, and what the sequence
-    says is missing (modulo 128: 128 frames lost in a row are none).
+    ``frames`` and ``spoilt`` count complete and damaged frames. ``lost`` counts the frames that
+    the sequence misses (modulo 128: a loss of 128 frames in a row is not counted).
     """
 
     frames: int = 0
@@ -108,10 +109,10 @@ class Unframer:
     _is_flood: bool = False
 
     def feed(self, data: bytes) -> Iterator[bytes | Gap]:
-        """Yield what has become whole; a `Gap` before what follows a loss."""
+        """Yield the bytes of complete frames, and a `Gap` after each loss."""
         *whole, self._rest = (self._rest + data).split(b"\0")
         for frame in whole:
-            if self._is_flood:  # the end of what was thrown away
+            if self._is_flood:  # the end of the discarded bytes
                 self._is_flood = False
             elif frame:
                 yield from self._frame(frame)
@@ -120,7 +121,7 @@ class Unframer:
             self._rest, self._is_flood = b"", True
 
     def _frame(self, frame: bytes) -> Iterator[bytes | Gap]:
-        found = unframed(frame)
+        found = decode_frame(frame)
         if found is None:
             self.spoilt += 1
             return
@@ -136,5 +137,5 @@ class Unframer:
 
 
 def looks_framed(data: bytes) -> bool:
-    """Whether some frame in these bytes is whole."""
-    return any(unframed(part) is not None for part in data.split(b"\0")[:-1])
+    """Return whether the bytes contain a complete frame."""
+    return any(decode_frame(part) is not None for part in data.split(b"\0")[:-1])

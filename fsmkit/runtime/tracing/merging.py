@@ -1,4 +1,4 @@
-"""Several contexts of one program, each with a ring of its own, as one trace."""
+"""Merge the traces of several contexts of one program, each with its own ring."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from heapq import merge
 from typing import Protocol, TypeVar
 
 
-class _At(Protocol):
+class _TimedItem(Protocol):
     @property
     def at(self) -> int: ...
 
 
-Told = TypeVar("Told", bound=_At)
+Item = TypeVar("Item", bound=_TimedItem)
 
 
-def merged(contexts: Iterable[Iterable[Told]]) -> Iterator[Told]:
-    """Yield what contexts told by its time; at one time the first context first.
+def merge_contexts(contexts: Iterable[Iterable[Item]]) -> Iterator[Item]:
+    """Yield the items of several contexts by time; at equal times, the first context first.
 
-    Within a context the order stays, also where a time lies before one that was told earlier.
+    The order within a context is kept, even if a time is earlier than its predecessor.
     """
     keyed = (_monotonic(context, number) for number, context in enumerate(contexts))
     return (told for _, _, _, told in merge(*keyed, key=lambda each: each[:3]))
 
 
-def _monotonic(context: Iterable[Told], number: int) -> Iterator[tuple[int, int, int, Told]]:
+def _monotonic(context: Iterable[Item], number: int) -> Iterator[tuple[int, int, int, Item]]:
     latest: int | None = None
     for place, told in enumerate(context):
         latest = told.at if latest is None else max(latest, told.at)

@@ -1,14 +1,14 @@
-"""Which number stands for which thing of a chart, in the order of the chart.
+"""Number the items of a chart, in the order of the chart.
 
-Machines in slots are numbered with the one that holds them (`runtime.recording.machines_of`):
+The numbering includes the machines in slots (`runtime.recording.machines_of`):
 
 1. transitions: of the chart, then of each machine in a slot;
 2. starts: one of each of these machines;
 3. events that the host posted, in the order of the events; then events that it dispatched;
 4. inputs;
-5. results of operations: of the chart, then of each machine in a slot; those with a result only.
+5. results of operations: of the chart, then of each machine in a slot; only those with a result.
 
-Only 1 and 2 occur at level 1.
+Level 1 uses 1 and 2 only.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ class Numbering:
 
     @cached_property
     def images(self) -> tuple[Image, ...]:
-        """How the values of each are stored."""
+        """The formats of the machines' values."""
         return tuple(image_of(chart) for chart in self.machines)
 
     @cached_property
     def hash(self) -> bytes:
-        """What a sync says of the chart: the first bytes of its fingerprint."""
+        """The start of the chart's fingerprint, as a sync contains it."""
         return bytes.fromhex(fingerprint(self.chart))[:HASH]
 
     @cached_property
@@ -65,7 +65,7 @@ class Numbering:
 
     @property
     def first_dispatched(self) -> int:
-        """The number of its first event as one that was dispatched."""
+        """The number of the first dispatched event."""
         return self.first_event + len(self.chart.events)
 
     @property
@@ -86,7 +86,7 @@ class Numbering:
 
     @property
     def count(self) -> int:
-        """How many numbers there are."""
+        """The number of all items."""
         return self.first_result + len(self.results)
 
     @cached_property

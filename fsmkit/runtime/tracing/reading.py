@@ -1,4 +1,4 @@
-"""From the bytes of a source to what they mean."""
+"""Read a source of trace bytes: records and their replay."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Reader:
     """Follows one context of a target.
 
     Args:
-        opened: Where its bytes come from.
-        numberings: The charts that its machines may be of.
-        framed: Whether records come in frames; None: as the carrier has it, or as the first bytes
-            show.
+        opened: Source of the bytes.
+        numberings: Possible charts of the machines.
+        framed: Whether records come in frames; None: the transport's default, or detected from the
+            first bytes.
 
     """
 
@@ -36,7 +36,7 @@ class Reader:
         """Whether the source has ended, or, for now, a file."""
 
     def timed(self) -> Iterator[Timed]:
-        """Yield the records that have come, without waiting."""
+        """Yield the records that have arrived, without waiting."""
         data = self._source.read()
         self.is_over = data is None
         if data is None:
@@ -49,12 +49,12 @@ class Reader:
             yield from self.stream.feed(data) if self.line is None else self.line.feed(data)
 
     def followed(self) -> Iterator[Followed]:
-        """Yield what has come, and what it means."""
+        """Yield the records that have arrived, and their replay."""
         for timed in self.timed():
             yield from self.follower.follow(timed, self.stream.of.get(timed.instance))
 
     def end(self) -> Iterator[Followed]:
-        """Yield what is left where nothing more will come: a record that is cut."""
+        """Yield the damaged rest at the end of the source: an incomplete record."""
         for timed in self.stream.end():
             yield from self.follower.follow(timed, self.stream.of.get(timed.instance))
 
@@ -64,7 +64,7 @@ class Reader:
 
     @property
     def losses(self) -> dict[str, int]:
-        """How much is missing, by what: records in the ring, frames, spoilt frames, bytes."""
+        """Count the losses by kind: records of the ring, frames, damaged frames, bytes."""
         counts, line = self.stream.counts, self.line
         spoilt = 0 if line is None else line.unframer.spoilt
         return {
@@ -75,7 +75,7 @@ class Reader:
         }
 
     def report(self, findings: Findings) -> None:
-        """Report what was lost, and charts that are not at hand."""
+        """Report losses, and syncs of unknown charts."""
         for hash_ in self.stream.counts.unknown:
             findings.add(
                 "foreign-trace",
@@ -86,7 +86,7 @@ class Reader:
             )
         names = {
             "lost_records": "records found no room in the ring of the target",
-            "lost_frames": "frames did not come",
+            "lost_frames": "frames did not arrive",
             "spoilt_frames": "frames were spoilt",
             "unread_bytes": "bytes could not be read",
         }
@@ -95,7 +95,7 @@ class Reader:
         if told:
             findings.add(
                 "lost-records",
-                f"of the trace something is missing: {told}",
+                f"parts of the trace are missing: {told}",
                 None,
                 help="give the target a larger ring (FSM_TRACE_SIZE), or read it more often",
             )

@@ -1,4 +1,4 @@
-"""The records of a session: what the interpreter does for a Python program, as C records it."""
+"""Record a session of the interpreter in the format of generated C."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from fsmkit.runtime.tracing.writing import Writer
 
 
 class Recorder:
-    """Gives a carrier the bytes of what a session does, from now on.
+    """Writes the trace of a session from now on.
 
-    A session that runs already is recorded whole, as a machine that was restored. An event that an
-    operation posts is recorded within the step, before the result of that operation.
+    For a running session, the trace starts with its snapshot, as after a restoration. An event
+    that an operation posts is recorded within the step, before the result of that operation.
 
     Args:
         session: The session.
-        put: Takes bytes: the ``write`` of a file, the ``extend`` of a ``bytearray``.
-        level: 1: transitions; 2: what came in, too.
-        saves: At level 2 saved machines follow whole states.
+        put: Function that writes bytes: the ``write`` of a file, the ``extend`` of a ``bytearray``.
+        level: 1: transitions; 2: also events, inputs and results.
+        saves: At level 2, add a snapshot after each sync.
 
     """
 
@@ -36,22 +36,22 @@ class Recorder:
         self._session = session
         session.recorders.append(self)
         if session.snapshot.running:
-            self._told(self._writer.whole(session.snapshot, session.now))
+            self._put_bytes(self._writer.whole(session.snapshot, session.now))
 
     def close(self) -> None:
-        """Record nothing more."""
+        """Stop recording."""
         if self in self._session.recorders:
             self._session.recorders.remove(self)
 
-    # --- told by the session ----------------------------------------------------------------------
+    # --- called by the session ----------------------------------------------------------------
 
     def started(self, before: Snapshot, step: Macrostep) -> None:
-        """Take a start; ``before``: the machine that was there till then."""
-        self._told(self._writer.started(before, before.inputs, step))
+        """Record a start; ``before``: the previous machine."""
+        self._put_bytes(self._writer.started(before, before.inputs, step))
 
     def posted(self, occurrence: Occurrence) -> None:
-        """Take an event that was posted, whether it found room or not."""
-        self._told(self._writer.posted(occurrence))
+        """Record a posted event, whether or not the queue had room."""
+        self._put_bytes(self._writer.posted(occurrence))
 
     def ran(
         self,
@@ -60,13 +60,13 @@ class Recorder:
         steps: Sequence[Macrostep],
         dispatched: Occurrence | None = None,
     ) -> None:
-        """Take a call that ran the machine, or dispatched an event to it."""
-        self._told(self._writer.ran(before, now, steps, dispatched))
+        """Record a call that ran the machine or dispatched an event."""
+        self._put_bytes(self._writer.ran(before, now, steps, dispatched))
 
     def restored(self, snapshot: Snapshot, now: int) -> None:
-        """Take a machine that was restored."""
-        self._told(self._writer.restored(snapshot, now))
+        """Record a restoration."""
+        self._put_bytes(self._writer.restored(snapshot, now))
 
-    def _told(self, data: bytes) -> None:
+    def _put_bytes(self, data: bytes) -> None:
         if data:
             self._put(data)

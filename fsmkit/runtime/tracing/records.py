@@ -15,12 +15,12 @@ DIRECT = 112
 TIME, LOST, INSTANCE, SYNC, FAR, SNAPSHOT, END, NOTE, RESTORE = range(0x70, 0x79)
 SHORT_TIME = 0x80
 MODULUS = 2**32
-"""Of ticks."""
+"""Modulus of ticks."""
 RUNNING, FINISHED, TELLS_ALL = 1, 2, 4
 """Bits of the status in a sync; the last one: records of level 2 follow."""
 LONGEST_SNAPSHOT = 1 << 20
 LONGEST_SYNC = (1 << 14) - 1
-"""Its size stands in two bytes, as a varint that may be shorter."""
+"""Maximum size of a sync, which is a varint of two bytes."""
 
 
 class CutError(Exception):
@@ -28,8 +28,8 @@ class CutError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Passed:
-    """Ticks, modulo 2^32, since the last time that was told."""
+class TimeRecord:
+    """Ticks, modulo 2^32, since the last recorded time."""
 
     ticks: int
 
@@ -43,17 +43,17 @@ class Lost:
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """What follows is of another machine."""
+    """The machine of the following records."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True)
 class Sync:
-    """What a machine is: its chart, the time, its states and what its histories recorded.
+    """The state of a machine: its chart, the time, its active states and histories.
 
     ``numbers``: for each machine of the chart's numbering the states of its regions and then of
-    its histories, as in a saved machine (`plan.image`); ``fault``: as there.
+    its histories, as in a saved machine (`plan.image`). ``fault`` is encoded likewise.
     """
 
     hash: bytes
@@ -65,8 +65,8 @@ class Sync:
 
 
 @dataclass(frozen=True, slots=True)
-class Saved:
-    """A saved machine, at the time that was told last."""
+class SnapshotRecord:
+    """A saved machine, at the last recorded time."""
 
     data: bytes
 
@@ -77,19 +77,19 @@ class End:
 
 
 @dataclass(frozen=True, slots=True)
-class Restored:
-    """The machine was restored: nothing that was before leads to what follows."""
+class RestoreRecord:
+    """The machine was restored: the following records do not continue the previous state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """A number that the host told."""
+    """A number that the host recorded."""
 
     number: int
 
 
 @dataclass(frozen=True, slots=True)
-class Took:
+class TransitionRecord:
     """A transition was taken."""
 
     machine: int
@@ -97,15 +97,15 @@ class Took:
 
 
 @dataclass(frozen=True, slots=True)
-class Started:
-    """A machine was started: 0, or one in a slot."""
+class StartRecord:
+    """A machine was started: 0, or the number of one in a slot."""
 
     machine: int
 
 
 @dataclass(frozen=True, slots=True)
-class Came:
-    """An event came: posted, or dispatched at once."""
+class EventRecord:
+    """An event was posted, or dispatched immediately."""
 
     event: int
     payload: tuple[Value, ...] = ()
@@ -113,15 +113,15 @@ class Came:
 
 
 @dataclass(frozen=True, slots=True)
-class Read:
-    """An input has another value."""
+class InputRecord:
+    """An input changed its value."""
 
     place: int
     value: Value
 
 
 @dataclass(frozen=True, slots=True)
-class Returned:
+class ResultRecord:
     """An operation returned a value."""
 
     machine: int
@@ -131,7 +131,7 @@ class Returned:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """Frames that were lost on the way; ``is_within``: what follows may begin within a record."""
+    """Frames that were lost; ``is_within``: the next bytes may start within a record."""
 
     frames: int
     is_within: bool = False
@@ -139,28 +139,28 @@ class Gap:
 
 @dataclass(frozen=True, slots=True)
 class Spoilt:
-    """Bytes that could not be read, and why."""
+    """Damaged bytes, and the reason."""
 
     size: int
     why: str
 
 
 Record = (
-    Restored
-    | Passed
+    RestoreRecord
+    | TimeRecord
     | Lost
     | Instance
     | Sync
-    | Saved
+    | SnapshotRecord
     | End
     | Note
-    | Took
-    | Started
-    | Came
-    | Read
-    | Returned
+    | TransitionRecord
+    | StartRecord
+    | EventRecord
+    | InputRecord
+    | ResultRecord
 )
-Told = Record | Gap | Spoilt
+TraceItem = Record | Gap | Spoilt
 
 
 # --- writing ----------------------------------------------------------------------------------
@@ -175,15 +175,15 @@ def varint(value: int) -> bytes:
     return bytes((*out, value))
 
 
-def numbered(number: int) -> bytes:
-    """Return the first bytes of a record of the numbering."""
+def number_bytes(number: int) -> bytes:
+    """Return the number that starts a record, as bytes."""
     return bytes((number,)) if number < DIRECT else bytes((FAR,)) + varint(number - DIRECT)
 
 
-def written(numbering: Numbering, record: Record) -> bytes:
-    """Return the bytes of a record, as the writer in C gives them."""
+def record_bytes(numbering: Numbering, record: Record) -> bytes:
+    """Return the bytes of a record, equal to those of the writer in C."""
     match record:
-        case Passed(ticks):
+        case TimeRecord(ticks):
             ticks %= MODULUS
             if not ticks:
                 return b""
@@ -196,41 +196,41 @@ def written(numbering: Numbering, record: Record) -> bytes:
             body = hash_ + struct.pack("<I", ticks % MODULUS) + varint(instance)
             body += bytes((status, fault)) + b"".join(map(varint, numbers))
             return bytes((SYNC, len(body) & 0x7F | 0x80, len(body) >> 7)) + body
-        case Saved(data):
+        case SnapshotRecord(data):
             return bytes((SNAPSHOT,)) + varint(len(data)) + data
         case End():
             return bytes((END,))
-        case Restored():
+        case RestoreRecord():
             return bytes((RESTORE,))
         case Note(number):
             return bytes((NOTE,)) + varint(number)
-        case Took(machine, transition):
-            return numbered(numbering.base(machine) + transition)
-        case Started(machine):
-            return numbered(numbering.first_start + machine)
-        case Came(event, payload, is_dispatched):
+        case TransitionRecord(machine, transition):
+            return number_bytes(numbering.base(machine) + transition)
+        case StartRecord(machine):
+            return number_bytes(numbering.first_start + machine)
+        case EventRecord(event, payload, is_dispatched):
             first = numbering.first_dispatched if is_dispatched else numbering.first_event
-            return _valued(numbering, first + event, payload)
-        case Read(place, value):
-            return _valued(numbering, numbering.first_input + place, (value,))
-        case Returned(machine, operation, value):
+            return _record_with_values(numbering, first + event, payload)
+        case InputRecord(place, value):
+            return _record_with_values(numbering, numbering.first_input + place, (value,))
+        case ResultRecord(machine, operation, value):
             places = [(m, o.name) for m, o in numbering.results]
             number = numbering.first_result + places.index((machine, operation))
-            return _valued(numbering, number, (value,))
+            return _record_with_values(numbering, number, (value,))
         case _:
             assert_never(record)
 
 
-def _valued(numbering: Numbering, number: int, values: tuple[Value, ...]) -> bytes:
+def _record_with_values(numbering: Numbering, number: int, values: tuple[Value, ...]) -> bytes:
     machine, fields, _ = numbering.fields[number]
-    return numbered(number) + pack_values(numbering.images[machine], fields, values)
+    return number_bytes(number) + pack_values(numbering.images[machine], fields, values)
 
 
 # --- reading ----------------------------------------------------------------------------------
 
 
 def read_varint(data: bytes, at: int) -> tuple[int, int]:
-    """Return a number and the place after it; `ValueError` for one of more than 32 bits."""
+    """Return a number and the offset after it; raises `ValueError` beyond 32 bits."""
     value = 0
     for shift in range(0, 35, 7):
         if at >= len(data):
@@ -245,16 +245,16 @@ def read_varint(data: bytes, at: int) -> tuple[int, int]:
 
 
 def read_record(numbering: Numbering | None, data: bytes, at: int) -> tuple[Record, int]:
-    """Return the record at a place and the place after it.
+    """Return the record at an offset, and the offset after it.
 
-    Without a numbering only those that stand for themselves can be read. `CutError`: it is not
-    whole yet. `ValueError`: there is none.
+    Without a numbering, only records without chart items can be read. Raises `CutError` for an
+    incomplete record, and `ValueError` for an invalid one.
     """
     first = data[at]
     if first >= SHORT_TIME:
         if first == SHORT_TIME:
             raise ValueError("a time of no ticks")
-        return Passed(first - SHORT_TIME), at + 1
+        return TimeRecord(first - SHORT_TIME), at + 1
     if first < DIRECT:
         return _read_numbered(numbering, first, data, at + 1)
     match first:
@@ -272,20 +272,20 @@ def read_record(numbering: Numbering | None, data: bytes, at: int) -> tuple[Reco
                 raise ValueError(f"a snapshot of {size} bytes")
             if after + size > len(data):
                 raise CutError
-            return Saved(data[after : after + size]), after + size
+            return SnapshotRecord(data[after : after + size]), after + size
         case 0x76:
             return End(), at + 1
         case 0x78:
-            return Restored(), at + 1
+            return RestoreRecord(), at + 1
         case _:
-            raise ValueError(f"no record begins with {first:02X}")
+            raise ValueError(f"no record starts with {first:02X}")
 
 
 def _simple(first: int, value: int) -> Record:
     """Return a record that is a number."""
     match first:
         case 0x70:
-            return Passed(value)
+            return TimeRecord(value)
         case 0x71:
             return Lost(value)
         case 0x72 if value <= 0xFFFF:
@@ -297,7 +297,7 @@ def _simple(first: int, value: int) -> Record:
 
 
 def read_sync(data: bytes, at: int) -> tuple[Sync, int]:
-    """Return the sync at a place; its numbers are not compared with a chart."""
+    """Return the sync at an offset, without comparing its numbers with a chart."""
     size, start = read_varint(data, at + 1)
     if not HASH + 4 + 3 <= size <= LONGEST_SYNC:
         raise ValueError(f"a sync of {size} bytes")
@@ -321,8 +321,8 @@ def read_sync(data: bytes, at: int) -> tuple[Sync, int]:
     return found, start + size
 
 
-def fits(numbering: Numbering, sync: Sync) -> bool:
-    """Whether a sync is of that chart."""
+def is_sync_of(numbering: Numbering, sync: Sync) -> bool:
+    """Return whether a sync is of the chart of `numbering`."""
     most = numbering.greatest
     return (
         sync.hash == numbering.hash
@@ -339,9 +339,9 @@ def _read_numbered(
     if number >= numbering.count:
         raise ValueError(f"`{numbering.chart.name}` has no record {number}")
     if number < numbering.first_start:
-        return Took(*numbering.transitions[number]), at
+        return TransitionRecord(*numbering.transitions[number]), at
     if number < numbering.first_event:
-        return Started(number - numbering.first_start), at
+        return StartRecord(number - numbering.first_start), at
     machine, fields, size = numbering.fields[number]
     if at + size > len(data):
         raise CutError
@@ -352,8 +352,8 @@ def _read_numbered(
         event = number - numbering.first_event
         is_dispatched = number >= numbering.first_dispatched
         event -= len(numbering.chart.events) if is_dispatched else 0
-        return Came(event, values, is_dispatched), at
+        return EventRecord(event, values, is_dispatched), at
     if number < numbering.first_result:
-        return Read(number - numbering.first_input, values[0]), at
+        return InputRecord(number - numbering.first_input, values[0]), at
     of, operation = numbering.results[number - numbering.first_result]
-    return Returned(of, operation.name, values[0]), at
+    return ResultRecord(of, operation.name, values[0]), at

@@ -1,4 +1,4 @@
-"""What transitions do to states, where data are not known: a chart without its content."""
+"""Apply transitions to states when data are unknown, with a chart without content."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fsmkit.runtime.tracing.records import FINISHED, RUNNING
 
 
 class _NoHost:
-    """Content calls nothing: there is none."""
+    """The host of a chart without content, which is never called."""
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
         """Never called."""
@@ -37,12 +37,12 @@ def shape_of(chart: Chart) -> Chart:
 
 @lru_cache(maxsize=64)
 def default_transitions(chart: Chart) -> frozenset[int]:
-    """Return the transitions that are part of an entry: initial ones, and those of histories."""
+    """Return the transitions that are part of an entry: of initial states and histories."""
     return frozenset(state.initial for state in chart.states if state.initial is not None)
 
 
 def started(chart: Chart, now: int) -> Macrostep:
-    """Return the start as far as it can be known: the initial states."""
+    """Return the first macrostep as far as it is known: the initial states."""
     shape = shape_of(chart)
     before = replace(initial(shape), now=now)
     g = Globals(shape, before, _NoHost())
@@ -53,8 +53,8 @@ def started(chart: Chart, now: int) -> Macrostep:
     return Macrostep(before, Start(), tuple(g.microsteps), _frozen(g), now)
 
 
-def moved(chart: Chart, snapshot: Snapshot, transition: int, now: int) -> Macrostep:
-    """Return what a transition does to the states."""
+def step_of_transition(chart: Chart, snapshot: Snapshot, transition: int, now: int) -> Macrostep:
+    """Return the effect of a transition on the states."""
     shape = shape_of(chart)
     before = replace(snapshot, now=now)
     g = Globals(shape, before, _NoHost())
@@ -66,8 +66,13 @@ def _frozen(g: Globals) -> Snapshot:
     return replace(g.freeze(), timers=(), fault=None)
 
 
-def whole(image: Image, numbers: tuple[int, ...], status: int, fault: int, now: int) -> Snapshot:
-    """Return a machine of which a sync tells states and histories; `ValueError` if none can be."""
+def snapshot_of_sync(
+    image: Image, numbers: tuple[int, ...], status: int, fault: int, now: int
+) -> Snapshot:
+    """Return the snapshot with the states and histories of a sync.
+
+    Raises `ValueError` if they are impossible.
+    """
     chart = image.chart
     active, history = configuration_of(image, numbers)
     is_on = bool(status & RUNNING)
@@ -82,8 +87,8 @@ def whole(image: Image, numbers: tuple[int, ...], status: int, fault: int, now: 
     )
 
 
-def states_of(chart: Chart, snapshot: Snapshot) -> Snapshot:
-    """Return a machine without what is no longer known of it."""
+def without_data(chart: Chart, snapshot: Snapshot) -> Snapshot:
+    """Return a snapshot with the states only."""
     return replace(
         initial(shape_of(chart)),
         configuration=snapshot.configuration,

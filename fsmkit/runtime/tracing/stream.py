@@ -1,7 +1,7 @@
-"""A stream of records as it comes, in pieces of any size: nothing that is lost goes uncounted.
+"""Read a stream of records in pieces of any size, and count every loss.
 
-What cannot be read is skipped up to the next sync of a known chart, and told as `Spoilt`. A reader
-that begins in the middle does the same.
+Unreadable bytes are skipped up to the next sync of a known chart, and reported as `Spoilt`. So is
+the start of a stream that starts in the middle.
 """
 
 from __future__ import annotations
@@ -18,48 +18,48 @@ from fsmkit.runtime.tracing.records import (
     Gap,
     Instance,
     Lost,
-    Passed,
     Spoilt,
     Sync,
-    Told,
-    fits,
+    TimeRecord,
+    TraceItem,
+    is_sync_of,
     read_record,
     read_sync,
 )
 
 MOST_KEPT = 1 << 21
-"""Bytes that are kept while a record is not whole: more than the longest."""
+"""Maximum number of bytes stored for an incomplete record; more than the longest one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Timed:
-    """Something of the trace, with its time in ticks, not wrapped around, and its machine."""
+    """An item of the trace with its machine and its time in ticks, not wrapped around."""
 
     at: int
     instance: int
-    told: Told
+    told: TraceItem
 
 
 @dataclass(slots=True)
 class Counts:
-    """What came, and what did not."""
+    """The number of records and of losses."""
 
     records: int = 0
     lost: int = 0
     """Records that found no room where they were written."""
     gaps: int = 0
-    """Frames that did not come."""
+    """Frames that did not arrive."""
     spoilt: int = 0
     """Bytes that could not be read."""
     unknown: dict[bytes, int] = field(default_factory=dict)
-    """Hashes of charts that are not at hand, with the number of their syncs."""
+    """Hashes of unknown charts, with the number of their syncs."""
 
 
 class Stream:
-    """Bytes of one context in, records with their time out.
+    """Reads the bytes of one context.
 
     Args:
-        numberings: The charts that machines may be of.
+        numberings: Possible charts of the machines.
 
     """
 
@@ -67,26 +67,26 @@ class Stream:
         self._known = {numbering.hash: numbering for numbering in numberings}
         self.counts = Counts()
         self.of: dict[int, Numbering] = {}
-        """By instance: its chart, once a sync told it."""
+        """The numbering of each instance, once a sync has identified its chart."""
         self._rest = b""
         self._instance = 0
         self._now: int | None = None
         self._is_lost = True
-        """Whether the next sync is looked for."""
+        """Whether the stream is searched for the next sync."""
         self._skipped = 0
-        self._why = "the trace does not begin here"
+        self._why = "the trace does not start here"
 
     @property
     def now(self) -> int:
-        """The time in ticks that was told last."""
+        """The last recorded time in ticks."""
         return self._now or 0
 
     def feed(self, data: bytes) -> Iterator[Timed]:
-        """Yield what has become whole."""
+        """Yield the complete records."""
         self._rest += data
         at, is_waiting = 0, False
         while at < len(self._rest) and not is_waiting:
-            after, told = self._look(at) if self._is_lost else self._read(at)
+            after, told = self._find_sync(at) if self._is_lost else self._read(at)
             is_waiting = after == at and not told
             for each in told:
                 self._count(each)
@@ -95,7 +95,7 @@ class Stream:
         self._rest = self._rest[at:]
 
     def gap(self, gap: Gap) -> Iterator[Timed]:
-        """Note that frames are missing; what was begun before them is given up."""
+        """Report missing frames; an incomplete record before them is dropped."""
         if self._rest and not self._is_lost:
             self._why = "a record was cut"
         self._skipped += len(self._rest)
@@ -107,7 +107,7 @@ class Stream:
         yield Timed(self.now, self._instance, gap)
 
     def end(self) -> Iterator[Timed]:
-        """Note that nothing more comes; a record that was begun is told as spoilt."""
+        """Finish the stream; an incomplete record is reported as damaged."""
         self._skipped += len(self._rest)
         if self._rest and not self._is_lost:
             self._why = "the trace ends within a record"
@@ -116,8 +116,8 @@ class Stream:
 
     # --- reading -------------------------------------------------------------------------------
 
-    def _read(self, at: int) -> tuple[int, list[Told]]:
-        """Read a record; nothing, and the same place, where more is needed."""
+    def _read(self, at: int) -> tuple[int, list[TraceItem]]:
+        """Read a record; return the same offset and no item if bytes are missing."""
         try:
             record, after = read_record(self.of.get(self._instance), self._rest, at)
         except CutError:
@@ -131,19 +131,19 @@ class Stream:
             if numbering is None:
                 self._unknown(record)
                 self.of.pop(record.instance, None)
-            elif not fits(numbering, record):
+            elif not is_sync_of(numbering, record):
                 return self._lose(at, "a sync that does not fit its chart")
             else:
                 self.of[record.instance] = numbering
             self._synced(record)
         elif isinstance(record, Instance):
             self._instance = record.number
-        elif isinstance(record, Passed):
+        elif isinstance(record, TimeRecord):
             self._pass(record.ticks)
         return after, [record]
 
-    def _look(self, at: int) -> tuple[int, list[Told]]:
-        """Skip what is before the next sync of a known chart; it is returned, and where it ends."""
+    def _find_sync(self, at: int) -> tuple[int, list[TraceItem]]:
+        """Skip to the next sync of a known chart; return the offset after it, and the items."""
         data = self._rest
         while (found := data.find(SYNC, at)) >= 0:
             self._skipped += found - at
@@ -157,8 +157,8 @@ class Stream:
                 pass
             else:
                 numbering = self._known.get(sync.hash)
-                if numbering is not None and fits(numbering, sync):
-                    told: list[Told] = [each.told for each in self._end_of_skipping()]
+                if numbering is not None and is_sync_of(numbering, sync):
+                    told: list[TraceItem] = [each.told for each in self._end_of_skipping()]
                     self._is_lost = False
                     self.of[sync.instance] = numbering
                     self._synced(sync)
@@ -171,7 +171,7 @@ class Stream:
         return len(data), []
 
     def _may_be_sync(self, at: int) -> bool:
-        """Whether the cut bytes can become a sync: the hash, as far as it is there, is known."""
+        """Return whether incomplete bytes can be a sync: the start of the hash is known."""
         place = at + 1
         while place < min(len(self._rest), at + 6) and self._rest[place] > 0x7F:
             place += 1
@@ -182,8 +182,8 @@ class Stream:
         if sync.hash in self.counts.unknown or len(self.counts.unknown) < 100:
             self.counts.unknown[sync.hash] = self.counts.unknown.get(sync.hash, 0) + 1
 
-    def _lose(self, at: int, why: str) -> tuple[int, list[Told]]:
-        """Give up the place in the stream."""
+    def _lose(self, at: int, why: str) -> tuple[int, list[TraceItem]]:
+        """Lose the position in the stream."""
         self._is_lost, self._why, self._skipped = True, why, 1
         return at + 1, []
 
@@ -202,11 +202,11 @@ class Stream:
             self._pass(sync.ticks - self._now)
 
     def _pass(self, ticks: int) -> None:
-        """Take the reading of a 32-bit clock: half of its range lies before the last one."""
+        """Advance to a reading of a 32-bit clock; half of its range lies before the last one."""
         passed = ticks % MODULUS
         self._now = self.now + (passed if passed < MODULUS // 2 else passed - MODULUS)
 
-    def _count(self, told: Told) -> None:
+    def _count(self, told: TraceItem) -> None:
         if isinstance(told, Lost):
             self.counts.lost += told.count
         elif not isinstance(told, Spoilt | Gap):
@@ -214,14 +214,14 @@ class Stream:
 
 
 class Line:
-    """The same of a line that is framed."""
+    """A stream of framed bytes."""
 
     def __init__(self, stream: Stream) -> None:
         self.stream = stream
         self.unframer = Unframer()
 
     def feed(self, data: bytes) -> Iterator[Timed]:
-        """Yield what has become whole."""
+        """Yield the complete records."""
         for part in self.unframer.feed(data):
             if isinstance(part, Gap):
                 yield from self.stream.gap(part)
@@ -229,5 +229,5 @@ class Line:
                 yield from self.stream.feed(part)
 
     def end(self) -> Iterator[Timed]:
-        """Note that nothing more comes."""
+        """Finish the stream."""
         yield from self.stream.end()

@@ -1,4 +1,4 @@
-"""The records of what the interpreter does: those of generated C, byte for byte."""
+"""Write the records of the interpreter's steps, byte for byte as generated C does."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.language import Value
 from fsmkit.runtime import snapshot_bytes
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot
-from fsmkit.runtime.interpreter.snapshot import Called, Delayed, Posted, Ran, Start, Taken
+from fsmkit.runtime.interpreter.snapshot import (
+    Called,
+    Delayed,
+    InvokedMacrostep,
+    Posted,
+    Start,
+    Taken,
+)
 from fsmkit.runtime.recording import machines_of
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
@@ -18,18 +25,18 @@ from fsmkit.runtime.tracing.records import (
     MODULUS,
     RUNNING,
     TELLS_ALL,
-    Came,
     End,
-    Passed,
-    Read,
+    EventRecord,
+    InputRecord,
     Record,
-    Restored,
-    Returned,
-    Saved,
-    Started,
+    RestoreRecord,
+    ResultRecord,
+    SnapshotRecord,
+    StartRecord,
     Sync,
-    Took,
-    written,
+    TimeRecord,
+    TransitionRecord,
+    record_bytes,
 )
 
 
@@ -39,12 +46,12 @@ def period(chart: Chart) -> int:
 
 
 class Writer:
-    """Gives the bytes for one machine of a chart.
+    """Writes the records of one machine of a chart.
 
     Args:
         chart: The chart.
-        level: 1: transitions; 2: what came in, too.
-        saves: Saved machines follow whole states, at level 2.
+        level: 1: transitions; 2: also events, inputs and results.
+        saves: At level 2, add a snapshot after each sync.
 
     """
 
@@ -58,11 +65,11 @@ class Writer:
         self._synced = 0
         self._inputs: tuple[Value, ...] = ()
 
-    # --- what a host does -----------------------------------------------------------------
+    # --- calls of the host -----------------------------------------------------------------
 
     def posted(self, occurrence: Occurrence) -> bytes:
         """Return the record of an event that was posted, whether it found room or not."""
-        came = Came(occurrence.event, occurrence.payload)
+        came = EventRecord(occurrence.event, occurrence.payload)
         return self._put(self._told, came) if self._tells_all else b""
 
     def started(self, before: Snapshot, inputs: tuple[Value, ...], step: Macrostep) -> bytes:
@@ -89,21 +96,21 @@ class Writer:
 
     def restored(self, snapshot: Snapshot, now: int) -> bytes:
         """Return the records of a machine that was restored."""
-        return self._put(now, Restored()) + self._whole(snapshot, now)
+        return self._put(now, RestoreRecord()) + self._whole(snapshot, now)
 
     # --- records --------------------------------------------------------------------------
 
     def _put(self, now: int, *records: Record) -> bytes:
         passed, self._told = now - self._told, now
-        every = (Passed(passed % MODULUS), *records)
-        return b"".join(written(self.numbering, record) for record in every)
+        every = (TimeRecord(passed % MODULUS), *records)
+        return b"".join(record_bytes(self.numbering, record) for record in every)
 
     def _whole(self, snapshot: Snapshot, now: int) -> bytes:
         out = self._sync(snapshot, now)
         if self._saves:
-            at_now = snapshot.waiting(now, snapshot.queue, snapshot.deferred, snapshot.timers)
+            at_now = snapshot.with_queues(now, snapshot.queue, snapshot.deferred, snapshot.timers)
             with suppress(FsmkitError):  # it holds a symbol that no saved machine can
-                out += self._put(now, Saved(snapshot_bytes.pack(self.chart, at_now)))
+                out += self._put(now, SnapshotRecord(snapshot_bytes.pack(self.chart, at_now)))
         return out
 
     def _sync(self, snapshot: Snapshot, now: int) -> bytes:
@@ -117,7 +124,7 @@ class Writer:
             snapshot_bytes.fault_number(snapshot.fault),
             tuple(self._numbers(snapshot, 0)),
         )
-        return written(self.numbering, sync)
+        return record_bytes(self.numbering, sync)
 
     def _numbers(self, snapshot: Snapshot | None, number: int) -> Iterator[int]:
         image = self.numbering.images[number]
@@ -144,17 +151,17 @@ class Writer:
                 self._put(step.at, record)
                 for step in steps
                 for record in self._items(step)
-                if isinstance(record, Took | Started)
+                if isinstance(record, TransitionRecord | StartRecord)
             )
         changed = [
-            Read(place, value)
+            InputRecord(place, value)
             for place, value in enumerate(inputs)
             if is_start or not self._inputs or value != self._inputs[place]
         ]
         self._inputs = inputs
         records: list[Record] = [*changed]
         if dispatched is not None:
-            records.append(Came(dispatched.event, dispatched.payload, is_dispatched=True))
+            records.append(EventRecord(dispatched.event, dispatched.payload, is_dispatched=True))
         records += [record for step in steps for record in self._items(step)]
         did = any(step.effects or not isinstance(step.event, Delayed) for step in steps)
         return self._put(now, *records, End()) if records or did else b""
@@ -162,7 +169,7 @@ class Writer:
     def _items(self, step: Macrostep, number: int = 0) -> Iterator[Record]:
         """Yield starts, transitions and results, in order."""
         if isinstance(step.event, Start):
-            yield Started(number)
+            yield StartRecord(number)
         yield from self._of_effects(step.effects, number)
 
     def _of_effects(self, effects: Iterable[object], number: int) -> Iterator[Record]:
@@ -170,12 +177,12 @@ class Writer:
         for effect in effects:
             match effect:
                 case Taken(transition):
-                    yield Took(number, transition)
+                    yield TransitionRecord(number, transition)
                 case Posted(occurrence):
-                    yield Came(occurrence.event, occurrence.payload)
+                    yield EventRecord(occurrence.event, occurrence.payload)
                 case Called(operation, _, result) if result is not None:
-                    yield Returned(number, operation, result)
-                case Ran(slot, within):
+                    yield ResultRecord(number, operation, result)
+                case InvokedMacrostep(slot, within):
                     before = invocations[:slot]
                     inner = number + 1 + sum(len(machines_of(each.chart)) for each in before)
                     yield from self._items(within, inner)

@@ -20,7 +20,7 @@ from fsmkit.document.document import Origin
 from fsmkit.emit import plain
 from fsmkit.language import Environment, Expr, Value, spell
 from fsmkit.plan.fingerprint import fingerprint
-from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Ran, Taken
+from fsmkit.runtime.interpreter.snapshot import Entered, InvokedMacrostep, Macrostep, Taken
 from fsmkit.testing.coverage.decisions import is_whole, kept, numbers, observe
 
 FOLDER = ".fsmkit-coverage"
@@ -135,7 +135,7 @@ class Recorder:
                         counts.states[state] += 1
                     case Taken(transition):
                         counts.transitions[transition] += 1
-                    case Ran(slot, within):
+                    case InvokedMacrostep(slot, within):
                         self.done(chart.invocations[slot].chart, within)
                     case _:
                         pass

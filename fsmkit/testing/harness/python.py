@@ -14,7 +14,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.language import SymbolType
 from fsmkit.runtime.interpreter.snapshot import Posted
 from fsmkit.runtime.interpreter.trace import effect_line
-from fsmkit.runtime.script import SeededHost, Within, read_line, script_texts, wrong_line
+from fsmkit.runtime.script import PostDuringCall, SeededHost, read_line, script_texts, wrong_line
 
 
 def _spelling() -> Callable[[object], str]:
@@ -46,7 +46,7 @@ class MethodHost(SeededHost):
 
     def answer(self, operation: Operation, *_: object) -> Any:
         """Return the result of a call, in which the host may post an event."""
-        if self.within.called():
+        if self.within.count_call():
             occurrence = self.within.occurrence
             event = self._chart.events[occurrence.event]
             fits = self.machine.post(event.name, *occurrence.payload)
@@ -159,7 +159,7 @@ class Driven:
                 name = self.family.names.variables[chart.inputs[read.number].name]
                 setattr(machine, name, read.value)
             case "within":
-                self._host.within = Within(read.number, read.event)
+                self._host.within = PostDuringCall(read.number, read.event)
             case "returns":
                 self._host.given = {**self._host.given, read.name: read.results}
             case "seed":

@@ -76,7 +76,7 @@ class _Steps(ObservedSteps):
             self.moved.update(small.exited, small.entered)
         for effect in done.effects:
             match effect:
-                case snap.Taken(transition) | snap.Spent(transition):
+                case snap.Taken(transition) | snap.SpentTimeout(transition):
                     self.taken.add(transition)
                 case snap.Entered(state) | snap.Exited(state):
                     self.moved.add(state)

@@ -307,7 +307,7 @@ def cause(chart: Chart, step: Step, done: snap.Macrostep, closed: ClosedSystem) 
             return occurrence_text(chart, occurrence)
         case None:
             return "inputs changed"
-        case snap.Within():
+        case snap.InvokedRun():
             return "an invoked machine goes on"
         case _:
             return "start" if step.action is Action.START else "delayed event"

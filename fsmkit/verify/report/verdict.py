@@ -14,7 +14,7 @@ from fsmkit.diagnostics import Findings, Severity, Span
 from fsmkit.document.document import Trigger
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import show
-from fsmkit.runtime.endless_steps import cycle_text, taken_in
+from fsmkit.runtime.endless_steps import cycle_text, traced_transitions
 from fsmkit.system.freezes import freezer_text
 from fsmkit.system.properties.kinds.monitor import error_states
 from fsmkit.system.properties.property import AtStates, Builtin, Kind, OverGraph, Property
@@ -526,7 +526,7 @@ def fault_text(system: System, step: TraceStep) -> str:
     """Return why the last step of a path stopped its machine, as the end of a sentence."""
     reasons = [line.removeprefix("fault ") for line in step.lines if line.startswith("fault ")]
     machine = next((each for each in system.machines if each.name == step.machine), None)
-    cycle = "" if machine is None else cycle_text(machine.chart, taken_in(step.lines))
+    cycle = "" if machine is None else cycle_text(machine.chart, traced_transitions(step.lines))
     rounds = f", round and round: {cycle}" if reasons[-1:] == ["microsteps"] and cycle else ""
     return f": {reasons[-1]}{rounds}" if reasons else ""
 

@@ -35,7 +35,7 @@ def effects_within(
 ) -> Iterator[tuple[str, Chart, snap.Effect]]:
     """Yield the effects of a macrostep as they happened; ``path``: the slots, each with a colon."""
     for effect in done.effects:
-        if isinstance(effect, snap.Ran):
+        if isinstance(effect, snap.InvokedMacrostep):
             invocation = chart.invocations[effect.invocation]
             inner = f"{path}{invocation.id}: "
             yield from effects_within(invocation.chart, effect.macrostep, inner)

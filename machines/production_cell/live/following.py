@@ -8,14 +8,14 @@ from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Snapshot
-from fsmkit.runtime.recording import Call, CallReader, Repeater
+from fsmkit.runtime.recording import Call, CallReader, Replayer
 
 MOST_READ = 1 << 20
 """Bytes of a log that are read at once."""
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
+class BoardEntry:
     """What a machine did: a macrostep, or None where it only took something in; then it is so."""
 
     at: int
@@ -35,16 +35,16 @@ class BoardLog:
     _now: int = 0
     _waiting: list[tuple[int, str, Call]] = field(default_factory=list)
     _reader: CallReader | None = None
-    _repeaters: dict[str, Repeater] = field(default_factory=dict)
+    _repeaters: dict[str, Replayer] = field(default_factory=dict)
 
     def begin(self) -> None:
         """Begin anew: the board was begun, and writes its log from the start."""
         charts = {number: self.charts[name] for number, name in enumerate(self.names)}
         self._reader, self._offset = CallReader(charts), 0
-        self._repeaters = {name: Repeater(self.charts[name]) for name in self.names}
+        self._repeaters = {name: Replayer(self.charts[name]) for name in self.names}
         self._waiting.clear()
 
-    def read(self, until: int) -> Iterator[Happened]:
+    def read(self, until: int) -> Iterator[BoardEntry]:
         """Yield what happened up to a step, as far as it is written.
 
         `FsmkitError` where the log is none, or the interpreter does something else.
@@ -56,8 +56,8 @@ class BoardLog:
             for done in repeater.repeat(call):
                 for result in done.results:
                     if isinstance(result, Macrostep):
-                        yield Happened(at, name, result, result.after)
-            yield Happened(at, name, None, repeater.player.snapshot)
+                        yield BoardEntry(at, name, result, result.after)
+            yield BoardEntry(at, name, None, repeater.player.snapshot)
 
     def _take_in(self) -> None:
         if self._reader is None:

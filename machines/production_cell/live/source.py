@@ -29,7 +29,7 @@ from ..simulation.boards import NAMES
 from ..simulation.signals import MODULES
 from . import panel
 from .driving import AtPanel, Began, Drive, Leaves
-from .following import BoardLog, Happened
+from .following import BoardEntry, BoardLog
 from .session import pytest_of
 
 ON_BOARD: Mapping[str, tuple[str, ...]] = {
@@ -180,7 +180,7 @@ class Cell:
                     yield self._board_entry(board)
                 case Leaves(numbers=numbers):
                     yield self._leaves_entry(numbers)
-                case Happened():
+                case BoardEntry():
                     yield from self._machine_entries(each)
 
     def _ended(self, event: Began, until: int) -> list[tuple[int, int, Any]]:
@@ -206,7 +206,7 @@ class Cell:
         for macrostep in event.done:
             yield self._macrostep(place, macrostep, macrostep.after)
 
-    def _machine_entries(self, each: Happened) -> Iterator[Entry]:
+    def _machine_entries(self, each: BoardEntry) -> Iterator[Entry]:
         place = self._places[each.machine]
         if each.macrostep is None:
             self._snapshots[place] = each.after

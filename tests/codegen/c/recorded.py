@@ -12,7 +12,7 @@ from fsmkit.codegen.c.options import Options
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.interpreter.trace import trace_lines
 from fsmkit.runtime.script import Player, read_line, script_texts
-from fsmkit.runtime.tracing.following import Did, Followed, Follower
+from fsmkit.runtime.tracing.following import Followed, Follower, ReplayedStep
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.stream import Stream
 from fsmkit.runtime.tracing.writing import Writer
@@ -137,7 +137,7 @@ def followed(chart: Chart, data: bytes) -> list[Followed]:
 
 def lines(chart: Chart, found: Sequence[Followed]) -> list[str]:
     """Return the lines of what is known of a trace."""
-    steps = [each.macrostep for each in found if isinstance(each, Did) and each.is_known]
+    steps = [each.macrostep for each in found if isinstance(each, ReplayedStep) and each.is_known]
     return list(trace_lines(chart, steps))
 
 

@@ -20,10 +20,25 @@ from fsmkit.plan import lower
 from fsmkit.plan.image import head, image_of, sealed
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script
-from fsmkit.runtime.tracing.following import Changed, Did, Follower, Missing, Parted, Posted, Whole
-from fsmkit.runtime.tracing.merging import merged
+from fsmkit.runtime.tracing.following import (
+    Changed,
+    CompleteState,
+    Divergence,
+    Follower,
+    Missing,
+    Posted,
+    ReplayedStep,
+)
+from fsmkit.runtime.tracing.merging import merge_contexts
 from fsmkit.runtime.tracing.numbering import Numbering
-from fsmkit.runtime.tracing.records import Lost, Passed, Saved, Spoilt, Sync, Took
+from fsmkit.runtime.tracing.records import (
+    Lost,
+    SnapshotRecord,
+    Spoilt,
+    Sync,
+    TimeRecord,
+    TransitionRecord,
+)
 from fsmkit.runtime.tracing.stream import Line, Stream
 from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded, untold
 
@@ -86,7 +101,7 @@ def test_random_charts_are_followed(tmp_path: Path) -> None:
     jobs = expressible(RANDOM)
     for (chart, script), data in zip(jobs, recorded(tmp_path, jobs), strict=True):
         found = followed(chart, data)
-        assert [each for each in found if isinstance(each, Missing | Parted)] == []
+        assert [each for each in found if isinstance(each, Missing | Divergence)] == []
         assert macrosteps(lines(chart, found)) == macrosteps(run_script(chart, script))
 
 
@@ -116,14 +131,14 @@ def test_the_states_of_random_charts_are_followed_at_level_1(tmp_path: Path) -> 
         at: list[str] | None = None
         running = False
         for each in followed(chart, data):
-            assert not isinstance(each, Missing | Parted)
-            if isinstance(each, Whole):
+            assert not isinstance(each, Missing | Divergence)
+            if isinstance(each, CompleteState):
                 told = active_leaves(chart, each.snapshot)
                 # what a sync tells anew is a start or an end that no transition shows
                 assert not (running and each.snapshot.running) or at is None or told == at
                 at, running = told, each.snapshot.running
                 compared += 1
-            if isinstance(each, Did) and each.machine == 0:
+            if isinstance(each, ReplayedStep) and each.machine == 0:
                 at, running = active_leaves(chart, each.macrostep.after), True
     assert compared > RANDOM
 
@@ -168,13 +183,13 @@ def test_machines_in_slots_are_followed(tmp_path: Path) -> None:
     assert macrosteps(lines(chart, found)) == macrosteps(run_script(chart, script))
     (data,) = recorded(tmp_path, [(chart, script)], level=1)
     one = followed(chart, data)
-    assert any(isinstance(each, Did) and each.machine == 2 for each in one)
-    assert not [each for each in one if isinstance(each, Missing | Parted)]
+    assert any(isinstance(each, ReplayedStep) and each.machine == 2 for each in one)
+    assert not [each for each in one if isinstance(each, Missing | Divergence)]
 
 
 def kept(told: Sequence[object]) -> list[object]:
     """Return the records that are lost if they find no room: others are told again."""
-    again = (Passed, Sync, Saved, Lost, Spoilt)
+    again = (TimeRecord, Sync, SnapshotRecord, Lost, Spoilt)
     return [each for each in told if not isinstance(each, again)]
 
 
@@ -195,7 +210,11 @@ def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
     plain = followed(lamp, whole)
     attempted = kept([each.told for each in Stream([Numbering(lamp)]).feed(whole)])
     dropped = 0
-    every = {each.at: each.macrostep for each in plain if isinstance(each, Did) and each.is_known}
+    every = {
+        each.at: each.macrostep
+        for each in plain
+        if isinstance(each, ReplayedStep) and each.is_known
+    }
     for lines_between in (2, 5, 40, 90):
         (data,) = recorded(tmp_path, [(lamp, script)], size=size, every=lines_between)
         stream = Stream([Numbering(lamp)])
@@ -206,9 +225,9 @@ def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
         assert len(kept(told)) + lost + untold(tmp_path) == len(attempted)
         dropped += lost
         found = followed(lamp, data)
-        assert not [each for each in found if isinstance(each, Parted)]
+        assert not [each for each in found if isinstance(each, Divergence)]
         for each in found:
-            if isinstance(each, Did) and each.is_known:
+            if isinstance(each, ReplayedStep) and each.is_known:
                 assert every[each.at] == each.macrostep
     assert dropped
 
@@ -222,9 +241,9 @@ def test_after_a_loss_a_saved_machine_makes_all_known_again(lamp: Chart, tmp_pat
     stream = Stream([Numbering(lamp)])
     told = [timed.told for timed in stream.feed(data)]
     assert sum(isinstance(each, Sync) for each in told) == 10  # the start's, then every 1200 ms
-    assert sum(isinstance(each, Saved) for each in told) == 9
+    assert sum(isinstance(each, SnapshotRecord) for each in told) == 9
     found = followed(lamp, data[20:])
-    steps = [each for each in found if isinstance(each, Did) and each.is_known]
+    steps = [each for each in found if isinstance(each, ReplayedStep) and each.is_known]
     assert isinstance(found[0], Missing)
     assert lines(lamp, found) == run_script(lamp, script)[-len(lines(lamp, found)) :]
     assert steps[0].at < 1400
@@ -242,7 +261,7 @@ def test_data_that_the_interpreter_does_not_have_are_told(lamp: Chart, tmp_path:
     assert image[place] == 81
     image[place] = 82
     changed = data[:saved] + sealed(bytes(image)) + data[saved + size :]
-    parted = [each for each in followed(lamp, changed) if isinstance(each, Parted)]
+    parted = [each for each in followed(lamp, changed) if isinstance(each, Divergence)]
     assert [each.message for each in parted] == ["the target has other data: `light` is 82, not 81"]
 
 
@@ -253,7 +272,7 @@ def test_a_restored_machine_is_followed_from_there(lamp: Chart, tmp_path: Path) 
     (data,) = recorded(tmp_path, [(lamp, script)])
     found = followed(lamp, data)
     assert macrosteps(lines(lamp, found)) == macrosteps(run_script(lamp, script))
-    assert not [each for each in found if isinstance(each, Parted | Missing)]
+    assert not [each for each in found if isinstance(each, Divergence | Missing)]
 
 
 @pytest.mark.cc
@@ -262,11 +281,11 @@ def test_the_first_difference_is_told(lamp: Chart, tmp_path: Path) -> None:
     taken = b"\x85\x01\x10"  # 5 ticks, transition 1, a result
     assert data.count(taken) == 1
     found = followed(lamp, data.replace(taken, b"\x85\x02\x10"))
-    (parted,) = [each for each in found if isinstance(each, Parted)][:1]
+    (parted,) = [each for each in found if isinstance(each, Divergence)][:1]
     assert parted.message == (
         "the interpreter does: transition 1 taken; the target did: transition 2 taken"
     )
-    assert not [e for e in found if isinstance(e, Did) and e.is_known and e.at > parted.at]
+    assert not [e for e in found if isinstance(e, ReplayedStep) and e.is_known and e.at > parted.at]
 
 
 INSTANCES = """
@@ -335,8 +354,10 @@ def test_several_instances_tell_their_states_each_second(
         assert all(b - a <= 1001 for a, b in pairwise(own)), own
         assert len(own) >= 6
     found = [e for t in timed for e in follower.follow(t, line.stream.of.get(t.instance))]
-    assert not [each for each in found if isinstance(each, Missing | Parted)]
-    taken = [(e.instance, e.at) for e in found if isinstance(e, Did) and e.macrostep.effects]
+    assert not [each for each in found if isinstance(each, Missing | Divergence)]
+    taken = [
+        (e.instance, e.at) for e in found if isinstance(e, ReplayedStep) and e.macrostep.effects
+    ]
     assert {instance for instance, _ in taken} == {0, 1, 2}
     assert line.unframer.spoilt == 0
 
@@ -401,7 +422,11 @@ def test_two_contexts_have_a_ring_each_and_are_merged_by_time(lamp: Chart, tmp_p
         list(Stream([Numbering(lamp)]).feed((tmp_path / f"{c}.trace").read_bytes())) for c in "ab"
     ]
     assert [{each.instance for each in ring} for ring in rings] == [{0}, {1}]
-    taken = [(each.at, each.instance) for each in merged(rings) if isinstance(each.told, Took)]
+    taken = [
+        (each.at, each.instance)
+        for each in merge_contexts(rings)
+        if isinstance(each.told, TransitionRecord)
+    ]
     assert taken == [(25, 0), (27, 1), (45, 0), (47, 1), (50, 0), (54, 1)]
 
 

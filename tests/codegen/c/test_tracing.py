@@ -16,7 +16,7 @@ from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plan.image import image_of
-from fsmkit.runtime.recording import RESTORE, calls, replay, ring_lines
+from fsmkit.runtime.recording import RESTORE, host_calls, replay, ring_lines
 from fsmkit.runtime.script import run_script
 from fsmkit.testing.harness import c as harness
 from tests.codegen.c.recorded import include_instead, play_all
@@ -206,9 +206,9 @@ def test_the_first_difference_is_told(lamp: tuple[Chart, bytes, bytes]) -> None:
 
 def test_a_log_may_end_anywhere(lamp: tuple[Chart, bytes, bytes]) -> None:
     chart, log, _ = lamp
-    whole = [call.lines for call in calls(chart, log)]
+    whole = [call.lines for call in host_calls(chart, log)]
     for end in range(20, len(log)):
-        found = [call.lines for call in calls(chart, log[:end])]
+        found = [call.lines for call in host_calls(chart, log[:end])]
         assert found == whole[: len(found)]
 
 

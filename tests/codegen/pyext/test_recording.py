@@ -13,7 +13,7 @@ from fsmkit.chart.loading import load
 from fsmkit.codegen.pyext.members import module_of
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import script_texts
-from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole
+from fsmkit.runtime.tracing.following import CompleteState, Divergence, Missing, ReplayedStep
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import Lost
 from fsmkit.runtime.tracing.stream import Stream
@@ -161,13 +161,13 @@ def test_of_a_run_that_is_broken_off_the_whole_state_is_told(
         machine.run(25)
     assert machine.active() == ("b",)
     found = followed(paced, bytes(machine.records))
-    assert isinstance(found[-1], Whole)
+    assert isinstance(found[-1], CompleteState)
     assert active_leaves(paced, found[-1].snapshot) == ["b"]
     host.value = 3
     machine.run(26)
     found = followed(paced, bytes(machine.records))
-    assert not [each for each in found if isinstance(each, Parted | Missing)]
-    assert isinstance(found[-1], Did)
+    assert not [each for each in found if isinstance(each, Divergence | Missing)]
+    assert isinstance(found[-1], ReplayedStep)
     assert active_leaves(paced, found[-1].macrostep.after) == ["c"]
 
 
@@ -190,8 +190,8 @@ def test_records_may_be_taken_within_a_step(
     host.value = 4
     machine.dispatch_go()
     found = followed(paced, bytes(taken + machine.records))
-    assert not [each for each in found if isinstance(each, Parted | Missing)]
-    assert isinstance(found[-1], Did)
+    assert not [each for each in found if isinstance(each, Divergence | Missing)]
+    assert isinstance(found[-1], ReplayedStep)
     assert active_leaves(paced, found[-1].macrostep.after) == ["a"]
 
 

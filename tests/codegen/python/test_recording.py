@@ -15,7 +15,7 @@ from fsmkit.codegen.python.generate import module_text
 from fsmkit.codegen.python.loading import load_machine
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script, script_texts
-from fsmkit.runtime.tracing.following import Did, Missing, Parted, Whole
+from fsmkit.runtime.tracing.following import CompleteState, Divergence, Missing, ReplayedStep
 from fsmkit.testing.harness.python import Driven
 from tests.codegen.c.recorded import by_interpreter, followed, lines, recorded
 from tests.codegen.c.test_recording import LAMP, SCRIPT, SHOP, expressible, has_symbols, macrosteps
@@ -75,7 +75,7 @@ def test_python_records_random_charts_as_the_interpreter_does() -> None:
         if not has_symbols(chart):
             assert data == by_interpreter(chart, script)
         found = followed(chart, data)
-        assert [each for each in found if isinstance(each, Missing | Parted)] == []
+        assert [each for each in found if isinstance(each, Missing | Divergence)] == []
         assert macrosteps(lines(chart, found)) == macrosteps(run_script(chart, script))
 
 
@@ -115,11 +115,11 @@ def test_a_step_that_the_host_breaks_off_is_told(lamp: Chart, value: object) -> 
     with pytest.raises(Exception, match=r"light|format|argument|required"):
         machine.run(5)
     found = followed(lamp, bytes(machine.records))
-    assert isinstance(found[-1], Whole)
+    assert isinstance(found[-1], CompleteState)
     assert not found[-1].snapshot.running
     machine.start(9)
     found = followed(lamp, bytes(machine.records))
-    assert isinstance(found[-1], Did)
+    assert isinstance(found[-1], ReplayedStep)
     assert active_leaves(lamp, found[-1].macrostep.after) == ["off"]
 
 
@@ -144,5 +144,5 @@ def test_the_program_of_the_how_to_is_followed(
     monkeypatch.syspath_prepend(str(tmp_path))
     exec(program, {"__name__": "host"})
     found = followed(chart, (tmp_path / "lamp.trace").read_bytes())
-    assert [each for each in found if isinstance(each, Missing | Parted)] == []
-    assert sum(isinstance(each, Did) for each in found) == 4
+    assert [each for each in found if isinstance(each, Missing | Divergence)] == []
+    assert sum(isinstance(each, ReplayedStep) for each in found) == 4

@@ -15,20 +15,20 @@ from fsmkit.plugins import plugin
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
     MODULUS,
-    Came,
     End,
+    EventRecord,
+    InputRecord,
     Instance,
     Lost,
     Note,
-    Passed,
-    Read,
     Record,
-    Restored,
-    Returned,
-    Saved,
-    Started,
+    RestoreRecord,
+    ResultRecord,
+    SnapshotRecord,
+    StartRecord,
     Sync,
-    Took,
+    TimeRecord,
+    TransitionRecord,
 )
 
 TEXT = """
@@ -107,7 +107,7 @@ def records(numbering: Numbering) -> st.SearchStrategy[Record]:
     numbers = st.tuples(*(st.integers(0, last) for last in numbering.greatest))
     events = [
         st.builds(
-            Came,
+            EventRecord,
             st.just(event.index),
             st.tuples(*(values(field.type) for field in event.fields)),
             st.booleans(),
@@ -115,25 +115,25 @@ def records(numbering: Numbering) -> st.SearchStrategy[Record]:
         for event in chart.events
     ]
     inputs = [
-        st.builds(Read, st.just(place), values(each.type))
+        st.builds(InputRecord, st.just(place), values(each.type))
         for place, each in enumerate(chart.inputs)
     ]
     results = [
-        st.builds(Returned, st.just(machine), st.just(o.name), values(o.result))
+        st.builds(ResultRecord, st.just(machine), st.just(o.name), values(o.result))
         for machine, o in numbering.results
         if o.result is not None
     ]
     assert plan is not None
     return st.one_of(
-        st.builds(Passed, st.integers(1, MODULUS - 1)),
+        st.builds(TimeRecord, st.integers(1, MODULUS - 1)),
         st.builds(Lost, U32),
         st.builds(Note, U32),
-        st.builds(Saved, st.binary(max_size=400)),
+        st.builds(SnapshotRecord, st.binary(max_size=400)),
         st.just(End()),
-        st.just(Restored()),
+        st.just(RestoreRecord()),
         syncs(numbering, numbers),
-        st.sampled_from([Took(*pair) for pair in numbering.transitions]),
-        st.sampled_from([Started(m) for m in range(len(numbering.machines))]),
+        st.sampled_from([TransitionRecord(*pair) for pair in numbering.transitions]),
+        st.sampled_from([StartRecord(m) for m in range(len(numbering.machines))]),
         *events,
         *inputs,
         *results,

@@ -14,7 +14,7 @@ from fsmkit.runtime.clock import SimulatedClock
 from fsmkit.runtime.interpreter import Macrostep
 from fsmkit.runtime.script import SeededHost, read_line, script_texts
 from fsmkit.runtime.session import Session
-from fsmkit.runtime.tracing.following import Did, Missing, Parted
+from fsmkit.runtime.tracing.following import Divergence, Missing, ReplayedStep
 from fsmkit.runtime.tracing.recorder import Recorder
 from tests.codegen.c.recorded import by_interpreter, followed, recorded
 from tests.codegen.c.test_recording import LAMP, expressible, has_symbols
@@ -116,12 +116,14 @@ def test_what_an_operation_posts_is_followed(lamp: Chart) -> None:
     host.session = session = Session(lamp, host, clock, inputs={"dark": True})
     session.post("press", n=9)
     recorder = Recorder(session, data.extend)
-    assert not [each for each in followed(lamp, bytes(data)) if isinstance(each, Missing | Parted)]
+    assert not [
+        each for each in followed(lamp, bytes(data)) if isinstance(each, Missing | Divergence)
+    ]
     for _ in range(30):
         session.advance("100ms")
     found = followed(lamp, bytes(data))
-    assert not [each for each in found if isinstance(each, Missing | Parted)]
-    steps: list[Any] = [each.macrostep for each in found if isinstance(each, Did)]
+    assert not [each for each in found if isinstance(each, Missing | Divergence)]
+    steps: list[Any] = [each.macrostep for each in found if isinstance(each, ReplayedStep)]
     did: list[Macrostep] = list(session.trace)[1:]
     assert [each.effects for each in steps] == [each.effects for each in did]
     recorder.close()

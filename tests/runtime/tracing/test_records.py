@@ -13,30 +13,30 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.runtime.tracing.framing import (
     MOST,
     Unframer,
+    cobs_decode,
+    cobs_encode,
     crc16,
-    framed,
-    frames,
-    stuffed,
-    unframed,
-    unstuffed,
+    decode_frame,
+    encode_frame,
+    encode_frames,
 )
-from fsmkit.runtime.tracing.merging import merged
+from fsmkit.runtime.tracing.merging import merge_contexts
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import (
     MODULUS,
     CutError,
     Gap,
     Lost,
-    Passed,
     Record,
-    Saved,
+    SnapshotRecord,
     Spoilt,
     Sync,
-    Took,
+    TimeRecord,
+    TransitionRecord,
     read_record,
     read_varint,
+    record_bytes,
     varint,
-    written,
 )
 from fsmkit.runtime.tracing.stream import Line, Stream, Timed
 from tests.runtime.tracing.conftest import NUMBERING, records, syncs
@@ -56,7 +56,7 @@ def told(data: Sequence[bytes], numbering: Numbering = NUMBERING) -> list[object
 
 
 def of(*many: Record) -> bytes:
-    return b"".join(written(NUMBERING, record) for record in many)
+    return b"".join(record_bytes(NUMBERING, record) for record in many)
 
 
 # --- records ----------------------------------------------------------------------------------
@@ -64,13 +64,13 @@ def of(*many: Record) -> bytes:
 
 @given(ANY)
 def test_a_record_is_read_back(record: Record) -> None:
-    data = written(NUMBERING, record)
+    data = record_bytes(NUMBERING, record)
     assert read_record(NUMBERING, data, 0) == (record, len(data))
 
 
 @given(ANY)
 def test_a_record_that_is_cut_is_no_record(record: Record) -> None:
-    data = written(NUMBERING, record)
+    data = record_bytes(NUMBERING, record)
     for end in range(1, len(data)):
         with pytest.raises(CutError):
             read_record(NUMBERING, data[:end], 0)
@@ -101,9 +101,9 @@ def test_a_number_has_32_bits(data: bytes) -> None:
 
 
 def test_a_transition_takes_one_byte_and_two_with_a_time() -> None:
-    assert of(Took(0, 1)) == b"\x01"
-    assert of(Passed(5), Took(0, 1)) == b"\x85\x01"
-    assert len(of(Passed(16_000), Took(0, 1))) == 4
+    assert of(TransitionRecord(0, 1)) == b"\x01"
+    assert of(TimeRecord(5), TransitionRecord(0, 1)) == b"\x85\x01"
+    assert len(of(TimeRecord(16_000), TransitionRecord(0, 1))) == 4
 
 
 # --- streams ----------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ def test_a_reader_begins_at_the_next_sync(before: bytes, some: list[Record]) -> 
     found = told([before.replace(b"\x73", b"\x00") + of(FIRST, *some)])
     assert found[bool(before) :] == [FIRST, *some]
     if before:
-        assert found[0] == Spoilt(len(before), "the trace does not begin here")
+        assert found[0] == Spoilt(len(before), "the trace does not start here")
 
 
 def size(told: Record | Spoilt | Gap) -> int:
@@ -130,14 +130,14 @@ def size(told: Record | Spoilt | Gap) -> int:
     if isinstance(told, Spoilt | Gap):
         return 0
     try:
-        return len(written(NUMBERING, told))
+        return len(record_bytes(NUMBERING, told))
     except FsmkitError:
         return 0
 
 
 @given(SOME, SOME, st.integers(0), st.integers(1, 255))
 @settings(max_examples=FLIPS, derandomize=FLIPS == 150)
-@example([Saved(b"")], [Passed(1)], 1, 37)
+@example([SnapshotRecord(b"")], [TimeRecord(1)], 1, 37)
 def test_after_a_bit_flip_it_finds_the_next_sync(
     some: list[Record], more: list[Record], place: int, flip: int
 ) -> None:
@@ -155,7 +155,7 @@ def test_after_a_bit_flip_it_finds_the_next_sync(
     spoilt = sum(each.size for each in found if isinstance(each, Spoilt))
     assert spoilt == stream.counts.spoilt
     assert sum(map(size, found)) <= len(data)
-    took_all = any(isinstance(each, Saved) and each not in some for each in found)
+    took_all = any(isinstance(each, SnapshotRecord) and each not in some for each in found)
     if more and not spoilt and not took_all:
         assert found[-len(more) :] == more or len(found) < len(some) + len(more)
 
@@ -173,7 +173,13 @@ def test_a_stream_may_end_anywhere(some: list[Record], end: int) -> None:
 def test_times_wrap_around() -> None:
     stream = Stream([NUMBERING])
     start = Sync(NUMBERING.hash, MODULUS - 2, 0, 5, 0, FIRST.numbers)
-    data = of(start, Passed(5), Took(0, 1), Passed(MODULUS - 1), Took(0, 1))
+    data = of(
+        start,
+        TimeRecord(5),
+        TransitionRecord(0, 1),
+        TimeRecord(MODULUS - 1),
+        TransitionRecord(0, 1),
+    )
     assert [timed.at for timed in stream.feed(data)] == [
         MODULUS - 2, MODULUS + 3, MODULUS + 3, MODULUS + 2, MODULUS + 2,
     ]  # fmt: skip
@@ -183,7 +189,7 @@ def test_a_chart_that_is_not_there_is_named() -> None:
     other = Sync(b"\x01\x02\x03\x04", 7, 3, 1, 0, (1,))
     stream = Stream([NUMBERING])
     assert list(stream.feed(of(other) + b"\x05\x06" + of(FIRST))) == [
-        Timed(0, 0, Spoilt(17, "the trace does not begin here")),
+        Timed(0, 0, Spoilt(17, "the trace does not start here")),
         Timed(0, 0, FIRST),
     ]
     assert stream.counts.unknown == {b"\x01\x02\x03\x04": 1}
@@ -191,7 +197,7 @@ def test_a_chart_that_is_not_there_is_named() -> None:
 
 def test_losses_are_counted() -> None:
     stream = Stream([NUMBERING])
-    list(stream.feed(of(FIRST, Lost(3), Took(0, 1), Lost(4))))
+    list(stream.feed(of(FIRST, Lost(3), TransitionRecord(0, 1), Lost(4))))
     assert stream.counts.lost == 7
 
 
@@ -212,16 +218,16 @@ def test_a_flood_is_read_in_time() -> None:
 @example(b"\x01" * 255)
 @example(b"\x00" * 254)
 def test_cobs(data: bytes) -> None:
-    there = stuffed(data)
+    there = cobs_encode(data)
     assert 0 not in there
     assert len(there) <= len(data) + 1 + len(data) // 254
-    assert unstuffed(there) == data
+    assert cobs_decode(there) == data
 
 
 @given(st.binary(max_size=300))
 def test_what_is_no_cobs_gives_none_or_its_own(data: bytes) -> None:
-    found = unstuffed(data)
-    assert found is None or unstuffed(stuffed(found)) == found
+    found = cobs_decode(data)
+    assert found is None or cobs_decode(cobs_encode(found)) == found
 
 
 def test_the_crc_is_the_one_of_the_catalogue() -> None:
@@ -230,16 +236,16 @@ def test_the_crc_is_the_one_of_the_catalogue() -> None:
 
 @given(st.integers(0, 127), st.binary(max_size=MOST), st.booleans())
 def test_a_frame_is_read_back(sequence: int, data: bytes, is_within: bool) -> None:
-    frame = framed(sequence, data, is_within=is_within)
+    frame = encode_frame(sequence, data, is_within=is_within)
     assert frame.endswith(b"\0")
-    assert unframed(frame[:-1]) == (sequence, is_within, data)
+    assert decode_frame(frame[:-1]) == (sequence, is_within, data)
 
 
 @given(st.binary(min_size=1, max_size=MOST), st.integers(0), st.integers(1, 255))
 def test_a_frame_that_is_changed_is_dropped(data: bytes, place: int, flip: int) -> None:
-    frame = bytearray(framed(7, data)[:-1])
+    frame = bytearray(encode_frame(7, data)[:-1])
     frame[place % len(frame)] ^= flip
-    assert unframed(bytes(frame)) is None
+    assert decode_frame(bytes(frame)) is None
 
 
 @given(SOME, st.sets(st.integers(0, 40)), st.data())
@@ -248,14 +254,14 @@ def test_lost_frames_are_counted_and_what_follows_is_right(
     some: list[Record], gone: set[int], data: st.DataObject
 ) -> None:
     """A frame a record, as a target makes them that is seldom busy; the last one comes."""
-    whole = [written(NUMBERING, record) for record in (FIRST, *some, FIRST)]
+    whole = [record_bytes(NUMBERING, record) for record in (FIRST, *some, FIRST)]
     sent, number, kept, lost, waiting = b"", 0, list[object](), 0, 0
     for place, record in enumerate(whole):
         parts = [record[at : at + MOST] for at in range(0, len(record), MOST)]
         dropped = place in gone and 0 < place < len(whole) - 1
         for at, part in enumerate(parts):
             if not dropped:
-                sent += framed(number, part, is_within=at > 0)
+                sent += encode_frame(number, part, is_within=at > 0)
             number += 1
         if dropped:
             lost += len(parts)
@@ -274,9 +280,9 @@ def test_lost_frames_are_counted_and_what_follows_is_right(
 def test_a_record_over_several_frames_is_given_up_where_one_is_lost() -> None:
     big = bytes(range(1, 240)) * 2
     data = of(FIRST) + b"\x75" + varint(len(big)) + big
-    parts = frames(data).split(b"\0")
+    parts = encode_frames(data).split(b"\0")
     stream = Line(Stream([NUMBERING]))
-    sent = b"\0".join([parts[0], parts[2], framed(3, of(FIRST))])
+    sent = b"\0".join([parts[0], parts[2], encode_frame(3, of(FIRST))])
     found = [timed.told for timed in stream.feed(sent)]
     assert [type(each) for each in found] == [Sync, Spoilt, Gap, Spoilt, Sync]
     assert stream.stream.counts.spoilt == 240 - len(of(FIRST)) + len(data) - 480
@@ -286,7 +292,7 @@ def test_noise_without_end_is_counted_once_and_forgotten() -> None:
     unframer = Unframer()
     assert list(unframer.feed(b"\x55" * 1_000_000)) == []
     assert unframer.spoilt == 1
-    assert list(unframer.feed(b"\x55\0" + framed(0, b"abc"))) == [b"abc"]
+    assert list(unframer.feed(b"\x55\0" + encode_frame(0, b"abc"))) == [b"abc"]
 
 
 # --- contexts ---------------------------------------------------------------------------------
@@ -295,7 +301,7 @@ def test_noise_without_end_is_counted_once_and_forgotten() -> None:
 @given(st.lists(st.lists(st.integers(0, 50), max_size=10), max_size=4))
 def test_contexts_are_merged_by_time(contexts: list[list[int]]) -> None:
     many = [[Timed(at, n, FIRST) for at in sorted(times)] for n, times in enumerate(contexts)]
-    found = list(merged(many))
+    found = list(merge_contexts(many))
     assert [each.at for each in found] == sorted(at for times in contexts for at in times)
     for number, own in enumerate(many):
         assert [each for each in found if each.instance == number] == own

@@ -97,7 +97,7 @@ class Fired:
     guard: At | None
 
 
-Noted = tuple[Leaf, object]
+HostNote = tuple[Leaf, object]
 Values = tuple[Any, ...]
 
 
@@ -106,14 +106,14 @@ class Differences:
     """By what something is in the first copy: what it is in each."""
 
     chart: Chart
-    notes: dict[Noted, Values] = field(default_factory=dict)
+    notes: dict[HostNote, Values] = field(default_factory=dict)
     numbers: dict[str, Values] = field(default_factory=dict)
     """Integers that differ, by the name of the variable that stands for them in the tree."""
     is_open: bool = False
     """Whether any event may be at hand where the comparison is."""
 
     @property
-    def varying(self) -> Mapping[Noted, Values]:
+    def varying(self) -> Mapping[HostNote, Values]:
         """Those that are not the same in all copies."""
         return {key: values for key, values in self.notes.items() if len(set(values)) > 1}
 

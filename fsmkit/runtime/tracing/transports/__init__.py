@@ -1,4 +1,4 @@
-"""Where the bytes of a trace come from: ``SCHEME:ADDRESS``, each scheme a plug-in in a folder."""
+"""Open sources of trace bytes: ``SCHEME:ADDRESS``, each scheme a plug-in in a folder."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from fsmkit.diagnostics.suggest import suggest
 from fsmkit.plugins import plugins
 
 MOST_READ = 1 << 16
-"""Bytes that are read at once."""
+"""Maximum number of bytes per read."""
 
 
 class Source(Protocol):
-    """Bytes that come from somewhere."""
+    """A source of bytes."""
 
     def read(self) -> bytes | None:
-        """Return what has come, without waiting; None where no more can come.
+        """Return the bytes that have arrived, without waiting; None at the end.
 
-        `FsmkitError` (``trace-ended``) if that is a failure.
+        Raises `FsmkitError` (``trace-ended``) if the end is a failure.
         """
         ...
 
@@ -38,9 +38,9 @@ class Carrier(Protocol):
     name: str
     """The scheme."""
     form: str
-    """Of an address, for people."""
+    """Format of an address, for people."""
     framed: bool | None
-    """Whether it loses bytes, so that records come in frames; None: its bytes tell."""
+    """Whether bytes can be lost, so that records come in frames; None: detected."""
 
     def open_source(self, address: str) -> Source:
         """Connect; `FsmkitError` where that fails."""
@@ -86,14 +86,15 @@ def open_endpoint(endpoint: str) -> Opened:
         if not is_file:
             forms = ", ".join(sorted(each.form for each in known.values()))
             raise wrong_endpoint(
-                f"there is no carrier `{scheme}`", suggest(scheme, list(known), f"use {forms}, -")
+                f"the transport `{scheme}` does not exist",
+                suggest(scheme, list(known), f"use {forms}, -"),
             )
         carrier, address = known["file"], endpoint
     return Opened(carrier.open_source(address), carrier.framed)
 
 
 def wrong_endpoint(message: str, help_: str | None) -> FsmkitError:
-    """Return the error for an endpoint that is none."""
+    """Return the error for an invalid endpoint."""
     return fail("wrong-endpoint", message, help=help_)
 
 

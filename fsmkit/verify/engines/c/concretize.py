@@ -39,7 +39,7 @@ class Armed:
 
 
 @dataclass(frozen=True, slots=True)
-class Performed:
+class ReplayedLine:
     """A step as the engine performed it. ``waits``: time could pass before it."""
 
     step: Step
@@ -87,7 +87,7 @@ class _Constraint:
 
 
 def scheduled(
-    machines: int, path: Sequence[Performed], points: Sequence[Point]
+    machines: int, path: Sequence[ReplayedLine], points: Sequence[Point]
 ) -> tuple[list[tuple[Fraction, Step]], Fraction]:
     """Return the steps of a path, each with the earliest instant, in ticks, at which it can happen.
 
@@ -112,7 +112,7 @@ def scheduled(
     return found, last
 
 
-def _times(machines: int, path: Sequence[Performed], points: Sequence[Point]) -> list[Fraction]:
+def _times(machines: int, path: Sequence[ReplayedLine], points: Sequence[Point]) -> list[Fraction]:
     constraints = tuple(_constraints(machines, path, points))
     count = max(0, len(path) - machines) + 2
     found = [(0, 0)] * count
@@ -129,7 +129,7 @@ def _times(machines: int, path: Sequence[Performed], points: Sequence[Point]) ->
 
 
 def _constraints(
-    machines: int, path: Sequence[Performed], points: Sequence[Point]
+    machines: int, path: Sequence[ReplayedLine], points: Sequence[Point]
 ) -> Iterator[_Constraint]:
     armed: list[tuple[_Clock, ...]] = [()] * machines
     last = START

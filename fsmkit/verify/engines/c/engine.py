@@ -28,7 +28,7 @@ from fsmkit.system.properties.property import OverGraph, goal_place, temporal_pr
 from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
-from fsmkit.verify.engines.c.concretize import Performed, Point, scheduled, with_points
+from fsmkit.verify.engines.c.concretize import Point, ReplayedLine, scheduled, with_points
 from fsmkit.verify.engines.c.mpi import (
     OVERSUBSCRIBED,
     checkpoint_options,
@@ -436,7 +436,7 @@ class CEngine:
         return self._deadline.cut_off(Stage.REPLAYING, read)
 
     def _with_time(
-        self, told: Sequence[tuple[Performed, tuple[str, ...]]], points: Sequence[Point]
+        self, told: Sequence[tuple[ReplayedLine, tuple[str, ...]]], points: Sequence[Point]
     ) -> Iterator[tuple[Step, tuple[str, ...]]]:
         """Yield steps with the passing of time between them, as early as they can happen."""
         now = Fraction(0)

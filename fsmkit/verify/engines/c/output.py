@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from fsmkit.diagnostics.parsing import parse_json
-from fsmkit.verify.engines.c.concretize import Armed, Performed
+from fsmkit.verify.engines.c.concretize import Armed, ReplayedLine
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.exploration import End
 
@@ -52,9 +52,9 @@ def marked(text: str) -> Iterator[tuple[dict[str, Any], tuple[str, ...]]]:
         yield parse_json(own), tuple(told.removesuffix("\n").split("\n") if told else ())
 
 
-def performed_steps(text: str) -> Iterator[tuple[Performed, tuple[str, ...]]]:
+def performed_steps(text: str) -> Iterator[tuple[ReplayedLine, tuple[str, ...]]]:
     """Yield the steps of a path, and what the machines said in each."""
-    step: Performed | None = None
+    step: ReplayedLine | None = None
     found: tuple[str, ...] = ()
     for told, lines in marked(text):
         if "timers" in told and step is not None:
@@ -65,7 +65,7 @@ def performed_steps(text: str) -> Iterator[tuple[Performed, tuple[str, ...]]]:
         own = told["step"]
         choices = tuple(own["choices"])
         taken = Step(Action(own["action"]), own["machine"], own["argument"], choices)
-        step, found = Performed(taken, own.get("waits", False), ()), lines
+        step, found = ReplayedLine(taken, own.get("waits", False), ()), lines
     if step is not None:
         yield step, found
 

@@ -1,4 +1,4 @@
-"""The carrier ``file:PATH``: a file, or ``-`` for standard input; one that grows is read on."""
+"""The transport ``file:PATH``: a file, which may grow, or ``-`` for standard input."""
 
 from fsmkit.runtime.tracing.transports import Transport
 

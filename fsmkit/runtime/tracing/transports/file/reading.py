@@ -11,7 +11,7 @@ from fsmkit.runtime.tracing.transports import MOST_READ, ended, wrong_endpoint
 
 
 class FileSource:
-    """Bytes of a file; a pipe is waited for by nobody."""
+    """The bytes of a file; reading a pipe does not block."""
 
     def __init__(self, path: str) -> None:
         self._path = path
@@ -28,7 +28,7 @@ class FileSource:
         self._is_regular = stat.S_ISREG(mode)
 
     def read(self) -> bytes | None:
-        """Return what is there; None at the end."""
+        """Return the available bytes; None at the end."""
         try:
             if not self._is_regular and not select.select([self._descriptor], [], [], 0)[0]:
                 return b""

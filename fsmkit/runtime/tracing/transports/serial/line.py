@@ -7,7 +7,7 @@ import os
 from fsmkit.runtime.tracing.transports import MOST_READ, ended, wrong_endpoint
 
 IFLAG, OFLAG, CFLAG, LFLAG, ISPEED, OSPEED, CC = range(7)
-"""The places in what `termios.tcgetattr` returns."""
+"""Indices in the result of `termios.tcgetattr`."""
 
 
 class SerialSource:
@@ -27,7 +27,8 @@ class SerialSource:
         speed = getattr(termios, f"B{baud}", None) if baud.isascii() and baud.isdecimal() else None
         if not device or speed is None or baud == "0":
             raise wrong_endpoint(
-                f"`{baud}` is no speed of a serial line here", "use serial:DEVICE:BAUD, e.g. 115200"
+                f"this system has no serial speed of `{baud}` baud",
+                "use serial:DEVICE:BAUD, e.g. 115200",
             )
         self._device = device
         try:
@@ -43,10 +44,10 @@ class SerialSource:
             termios.tcsetattr(self._descriptor, termios.TCSANOW, mode)
         except termios.error as error:
             self.close()
-            raise ended(f"`{device}` is no serial line: {error.args[-1]}") from error
+            raise ended(f"`{device}` is not a serial line: {error.args[-1]}") from error
 
     def read(self) -> bytes | None:
-        """Return what has come."""
+        """Return the bytes that have arrived."""
         try:
             return os.read(self._descriptor, MOST_READ)
         except BlockingIOError:

@@ -19,7 +19,7 @@ class TcpSource:
         connection.setblocking(False)
 
     def read(self) -> bytes | None:
-        """Return what has come; None where the server closed."""
+        """Return the bytes that have arrived; None if the server closed the connection."""
         try:
             return self._connection.recv(MOST_READ) or None
         except BlockingIOError:
@@ -36,12 +36,12 @@ def connect(scheme: str, address: str) -> TcpSource:
     """Connect to ``HOST:PORT``; `FsmkitError` where that fails."""
     host, colon, port = address.rpartition(":")
     if not colon or not host or not port.isascii() or not port.isdecimal():
-        raise wrong_endpoint(f"`{address}` is no address", f"use {scheme}:HOST:PORT")
+        raise wrong_endpoint(f"`{address}` is not an address", f"use {scheme}:HOST:PORT")
     if not 0 < int(port) <= MOST_PORT:
-        raise wrong_endpoint(f"there is no port {port}", f"use 1 to {MOST_PORT}")
+        raise wrong_endpoint(f"the port {port} is not between 1 and 65535", f"use 1 to {MOST_PORT}")
     try:
         connection = socket.create_connection((host.strip("[]"), int(port)), SECONDS)
     except (OSError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or error
-        raise ended(f"there is no connection to {address}: {why}") from error
+        raise ended(f"cannot connect to {address}: {why}") from error
     return TcpSource(connection, address)

@@ -1,6 +1,6 @@
-"""Messages of a publisher of ZeroMQ: the topic ``trace``, then a part of frames.
+"""Messages of a ZeroMQ publisher: the topic ``trace``, then a part with frames.
 
-A subscriber that is slow loses messages; the sequence of the frames tells how many.
+A slow subscriber loses messages; the sequence of the frames shows how many.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from fsmkit.runtime.tracing.transports import ended, wrong_endpoint
 TOPIC = b"trace"
 PARTS = 2
 MOST = 1_000
-"""Messages that are read at once."""
+"""Maximum number of messages per read."""
 
 
 class ZmqSource:
     """A subscription."""
 
     def __init__(self, address: str) -> None:
-        """Subscribe; `FsmkitError` without pyzmq, or for an address that is none."""
+        """Subscribe; raises `FsmkitError` without pyzmq, or for an invalid address."""
         try:
             import zmq
         except ImportError as error:
@@ -38,7 +38,7 @@ class ZmqSource:
             raise wrong_endpoint(f"`{address}`: {error}", "use zmq:tcp://HOST:PORT") from error
 
     def read(self) -> bytes | None:
-        """Return what has come."""
+        """Return the bytes that have arrived."""
         found = bytearray()
         for _ in range(MOST):
             try:
