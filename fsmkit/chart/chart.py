@@ -11,7 +11,7 @@ from functools import cached_property
 
 from fsmkit.chart.statements import Block
 from fsmkit.diagnostics import Source, Span
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document.document import (
     HISTORIES,
     Direction,
@@ -25,7 +25,7 @@ from fsmkit.emit import guard
 from fsmkit.language import Expr, Field, FunctionBody, Literal, Type, Value, default_value
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class State:
     """A state. ``children`` holds all of them, histories included, in document order.
@@ -79,7 +79,7 @@ OPEN_ENDED = 1 << 30
 """Ticks from the least delay of an interval to its end, where it has none."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Transition:
     """A transition. ``events``: indices of all events it matches; ``descriptors``: as written.

@@ -14,7 +14,7 @@ from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.passes.plan_invocations import has_invokes, invoked_sources, is_service
 from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
 from fsmkit.diagnostics.paths import is_file
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
 from fsmkit.document.front_ends import ObjectReader, Reader
 from fsmkit.document.project import resolved

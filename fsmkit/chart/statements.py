@@ -7,7 +7,7 @@ from enum import Enum
 from typing import get_args, get_origin
 
 from fsmkit.diagnostics import Span
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import guard
 from fsmkit.language import Call, Expr, Iterated, Location, Variable
 from fsmkit.language.statements.tree import (
@@ -63,7 +63,7 @@ class Destination(Enum):
     """The external queue of a machine that this one invoked (``#_id``)."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Send:
     """Send an event, after ``delay`` ticks if given. ``id`` names it for `Cancel`.

@@ -1,4 +1,4 @@
-"""Places and findings: what every stage uses to say what is wrong, where, and what to do."""
+"""Findings and their locations: how every stage reports what is wrong, where, and how to fix it."""
 
 from fsmkit.diagnostics.diagnostic import (
     Diagnostic,

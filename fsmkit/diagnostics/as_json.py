@@ -7,7 +7,7 @@ from fsmkit.diagnostics.source import Span
 
 
 def as_json(diagnostic: Diagnostic) -> dict[str, object]:
-    """Return a finding as data: what is absent is left out."""
+    """Return a finding as data; absent parts are omitted."""
     found: dict[str, object] = {
         "code": diagnostic.rule.code,
         "rule": diagnostic.rule.name,
@@ -15,21 +15,21 @@ def as_json(diagnostic: Diagnostic) -> dict[str, object]:
         "message": diagnostic.message,
     }
     if diagnostic.primary is not None:
-        found["at"] = _labelled(diagnostic.primary)
+        found["at"] = _label_as_json(diagnostic.primary)
     if diagnostic.secondary:
-        found["see"] = [_labelled(label) for label in diagnostic.secondary]
+        found["see"] = [_label_as_json(label) for label in diagnostic.secondary]
     if diagnostic.help is not None:
         found["help"] = diagnostic.help
     return found
 
 
-def _labelled(label: Label) -> dict[str, object]:
+def _label_as_json(label: Label) -> dict[str, object]:
     told = {"label": label.text} if label.text else {}
-    return {**place(label.span), **told}
+    return {**location(label.span), **told}
 
 
-def place(span: Span) -> dict[str, object]:
-    """Return a place as data: lines and columns count from one, the end is the first after it."""
+def location(span: Span) -> dict[str, object]:
+    """Return a location as data. Lines and columns count from one; the end is exclusive."""
     line, column = span.source.position(span.start)
     end_line, end_column = span.source.position(max(span.start, span.end))
     return {

@@ -1,20 +1,20 @@
-"""A finding of a stage: a value with a rule, places and a way out."""
+"""A finding of a stage: a rule, a message, locations and a fix."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from fsmkit.diagnostics.allowing import is_hidden
-from fsmkit.diagnostics.fixes import Fix, meant
+from fsmkit.diagnostics.allow_comments import is_hidden
+from fsmkit.diagnostics.fixes import Fix, replace_wrong_name
 from fsmkit.diagnostics.rules import Rule, Severity, rule
 from fsmkit.diagnostics.source import Span, Text
-from fsmkit.diagnostics.suggest import Meant
+from fsmkit.diagnostics.suggestions import NameSuggestion
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A remark tied to a place."""
+    """A remark on a location."""
 
     span: Span
     text: str = ""
@@ -22,9 +22,9 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding: what, where, what else to look at, and how to mend it.
+    """One finding: what is wrong, where, related locations, and how to fix it.
 
-    ``primary`` is absent only where there is no text to point at (a missing file, a tool).
+    ``primary`` is None only if no source contains the problem (a missing file, a tool).
     """
 
     rule: Rule
@@ -37,10 +37,10 @@ class Diagnostic:
 
 
 class FsmkitError(Exception):
-    """The one exception of fsmkit: holds the diagnostics that say why."""
+    """The one exception of fsmkit. It holds the findings."""
 
     def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Keep the diagnostics, errors and warnings alike, in the order found."""
+        """Store the findings, errors and warnings alike, in the order found."""
         self.diagnostics = tuple(diagnostics)
         super().__init__(self.diagnostics)
 
@@ -50,10 +50,10 @@ class FsmkitError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """What a user makes of rules, by name: an error of some, nothing of others.
+    """The severities that a user sets for rules, by name.
 
-    An error stays one: only warnings and notes can be allowed, by name here or by a comment where
-    they are found.
+    Only warnings and notes can be allowed, by name here or by a comment at the location. An error
+    stays an error.
     """
 
     errors: frozenset[str] = frozenset()
@@ -61,8 +61,8 @@ class Policy:
     warnings: frozenset[str] = frozenset()
     notes: frozenset[str] = frozenset()
 
-    def applied(self, diagnostic: Diagnostic) -> Diagnostic | None:
-        """Return a diagnostic as it counts; None where it is allowed."""
+    def apply(self, diagnostic: Diagnostic) -> Diagnostic | None:
+        """Return a finding with its effective severity, or None if its rule is allowed."""
         if diagnostic.severity is Severity.ERROR:
             return diagnostic
         name, at = diagnostic.rule.name, diagnostic.primary
@@ -78,10 +78,10 @@ class Policy:
 
 
 class Findings:
-    """Collects diagnostics through a stage, so that all are reported before it stops."""
+    """The diagnostics of a stage, collected so that all are reported before it stops."""
 
     def __init__(self, policy: Policy | None = None) -> None:
-        """Start with none; what is added counts as the policy says."""
+        """Start without findings; `policy` applies to every finding that is added."""
         self._policy = policy or Policy()
         self._found: dict[Diagnostic, None] = {}
 
@@ -92,7 +92,7 @@ class Findings:
         return len(self._found)
 
     def escalate(self, rules: Collection[str]) -> None:
-        """Make errors of the findings of some rules."""
+        """Turn the findings of some rules into errors."""
         self._found = {
             (replace(d, severity=Severity.ERROR) if d.rule.name in rules else d): None
             for d in self._found
@@ -110,14 +110,14 @@ class Findings:
         severity: Severity | None = None,
         fixes: Iterable[Fix] = (),
     ) -> None:
-        """Add a finding of the rule of that name, at a place, unless it is there already.
+        """Add a finding of rule `rule_name` at a location, unless it is already present.
 
-        ``severity`` overrides the rule's own, for rules that ``--strict`` or a mark in the chart
-        makes more or less of. Where ``help`` says which name was probably meant, that is a fix.
+        ``severity`` overrides the rule's own. If ``help`` suggests a name, the finding gets a fix
+        that writes this name.
         """
         kind = rule(rule_name)
-        if isinstance(help, Meant) and at is not None:
-            fixes = (*fixes, *meant(help.name, at, help.wrong))
+        if isinstance(help, NameSuggestion) and at is not None:
+            fixes = (*fixes, *replace_wrong_name(help.name, at, help.wrong))
         diagnostic = Diagnostic(
             kind,
             message,
@@ -130,13 +130,13 @@ class Findings:
         self.extend((diagnostic,))
 
     def extend(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Add what another stage found."""
-        counted = map(self._policy.applied, diagnostics)
+        """Add the findings of another stage, subject to the policy."""
+        counted = map(self._policy.apply, diagnostics)
         self._found.update((diagnostic, None) for diagnostic in counted if diagnostic is not None)
 
     @property
     def has_errors(self) -> bool:
-        """Whether the pipeline must stop here."""
+        """Return whether the pipeline must stop after this stage."""
         return any(d.severity is Severity.ERROR for d in self._found)
 
     def stop_on_errors(self) -> None:
@@ -156,16 +156,16 @@ def fail(
     *,
     help: str | None = None,  # noqa: A002  (the word of every compiler's diagnostics)
 ) -> FsmkitError:
-    """Return the error to raise for a finding after which nothing can follow."""
+    """Return the error to raise for a finding that ends the stage."""
     findings = Findings()
     findings.add(rule_name, message, at, help=help)
     return FsmkitError(findings)
 
 
-# --- as text, in the shape rustc and ruff made familiar -------------------------------------------
+# --- as text, in the format of rustc and ruff -----------------------------------------------------
 
 WIDEST = 160
-"""A longer source line is cut around the place, so that a megabyte of guard prints in a line."""
+"""A longer source line is cut around the location, in characters."""
 
 
 def render(diagnostic: Diagnostic) -> str:

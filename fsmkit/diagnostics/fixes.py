@@ -1,7 +1,7 @@
-"""Fixes that findings carry: edits of the text, with a title.
+"""Fixes that findings carry: edits of the source, with a title.
 
-A fix is made where the finding is made. The functions here know how entries of YAML and attributes
-and elements of XML stand in a text, so that one can be added, taken away, or written otherwise.
+The stage that reports a finding also builds its fix. The functions here know the layout of YAML
+entries and of XML attributes and elements, so they can add, remove and replace them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ATTRIBUTE = re.compile(r"\s+[\w:.-]+\s*=\s*(?:\"[^\"]*\"|'[^']*')")
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """What stands at a place is written otherwise; an empty place is where something is added."""
+    """A replacement of the source at a location. An empty location inserts."""
 
     span: Span
     text: str
@@ -28,7 +28,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A way to mend a finding. ``is_sure``: it is what was meant, and `check --fix` applies it."""
+    """A fix of a finding. `check --fix` applies it if ``is_sure``."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -36,24 +36,24 @@ class Fix:
 
 
 def span_of(at: Span | Text) -> Span:
-    """Return the place of a text."""
+    """Return the location of a text, or the location itself."""
     return at.span if isinstance(at, Text) else at
 
 
-def _escaped(text: str) -> str:
-    """Return a text as it stands in XML; the module for that imports the half of the library."""
+def _escape_xml(text: str) -> str:
+    """Escape a string for XML. `xml.sax.saxutils` would import half of the standard library."""
     for char, entity in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ('"', "&quot;")):
         text = text.replace(char, entity)
     return text
 
 
 def is_xml(source: Source) -> bool:
-    """Whether a text is XML, by its first character."""
+    """Return whether a source is XML, by its first character."""
     return source.text.lstrip()[:1] == "<"
 
 
-def applied(text: str, edits: Iterable[Edit]) -> str:
-    """Return a text with edits; of two that overlap the later one is left out."""
+def apply_edits(text: str, edits: Iterable[Edit]) -> str:
+    """Apply edits to a string; an edit that overlaps an earlier one is skipped."""
     end = len(text)
     for edit in sorted(set(edits), key=lambda e: (-e.span.start, -e.span.end)):
         if edit.span.end <= end:
@@ -62,16 +62,16 @@ def applied(text: str, edits: Iterable[Edit]) -> str:
     return text
 
 
-def instead(at: Span | Text, text: str, *, sure: bool = False) -> tuple[Fix, ...]:
-    """Return the fix that writes something else at a place."""
+def replace_text(at: Span | Text, text: str, *, sure: bool = False) -> tuple[Fix, ...]:
+    """Return the fix that replaces the source at a location by `text`."""
     span = span_of(at)
-    written = _escaped(text) if is_xml(span.source) else text
+    written = _escape_xml(text) if is_xml(span.source) else text
     title = f"Write `{text}`" if text else "Remove it"
     return (Fix(title, (Edit(span, written),), sure),)
 
 
-def meant(name: str, at: Span | Text, wrong: str) -> tuple[Fix, ...]:
-    """Return the fix that writes the name that was probably meant for a wrong one."""
+def replace_wrong_name(name: str, at: Span | Text, wrong: str) -> tuple[Fix, ...]:
+    """Return the fix that replaces the name `wrong` by `name`."""
     span = span_of(at)
     written = span.source.text[span.start : span.end]
     places = [m.span() for m in re.finditer(rf"(?<![\w.]){re.escape(wrong)}(?!\w)", written)]
@@ -84,13 +84,14 @@ def meant(name: str, at: Span | Text, wrong: str) -> tuple[Fix, ...]:
     return (Fix(f"Write `{name}`", (Edit(here, name),)),)
 
 
-# --- taking away ----------------------------------------------------------------------------------
+# --- removing -------------------------------------------------------------------------------------
 
 
-def removal(at: Span | Text, *, whole: bool = False) -> tuple[Fix, ...]:
-    """Return the fix that takes the entry, attribute or element away that stands at a place.
+def remove_entry(at: Span | Text, *, whole: bool = False) -> tuple[Fix, ...]:
+    """Return the fix that removes the entry, attribute or element at a location.
 
-    ``whole``: the place is that of a name, in XML in an attribute, and the element is to go.
+    ``whole``: the location is a name (in XML within an attribute), and the whole element is
+    removed.
     """
     span = span_of(at)
     found = _in_xml(span, whole=whole) if is_xml(span.source) else _in_yaml(span)
@@ -150,7 +151,7 @@ def _in_yaml(span: Span) -> Span | None:
 
 
 def _end_of_block(text: str, end: int, indent: int) -> int:
-    """Return where the lines end that belong to an entry: those that are indented further."""
+    """Return the end of the lines that belong to an entry: those indented further than `indent`."""
     at = end + 1
     while at < len(text):
         stop = text.find("\n", at)
@@ -167,7 +168,7 @@ def _end_of_block(text: str, end: int, indent: int) -> int:
 
 
 def _in_brackets(text: str, place: int) -> tuple[int, int] | None:
-    """Return the item that a place is in, with one comma, where brackets on its line hold it."""
+    """Return the item of an inline list around an offset, with one comma, as a range of offsets."""
     line = text.rfind("\n", 0, place) + 1
     depth, start = 0, place
     while start > line:
@@ -213,28 +214,26 @@ def _is_open(text: str) -> bool:
 # --- adding ---------------------------------------------------------------------------------------
 
 
-def with_attribute(
-    at: Span | Text, name: str, value: str, *, sure: bool = False
-) -> tuple[Fix, ...]:
-    """Return the fix that gives the element at a place one more attribute."""
+def add_attribute(at: Span | Text, name: str, value: str, *, sure: bool = False) -> tuple[Fix, ...]:
+    """Return the fix that adds an attribute to the element at a location."""
     span = span_of(at)
     text = span.source.text
     match = re.compile(r"<[\w:.-]+").match(text, max(0, text.rfind("<", 0, span.start + 1)))
     if match is None:
         return ()
     here = Span(span.source, match.end(), match.end())
-    written = f' {name}="{_escaped(value)}"'
+    written = f' {name}="{_escape_xml(value)}"'
     return (Fix(f'Add `{name}="{value}"`', (Edit(here, written),), sure),)
 
 
-def with_key(at: Span | Text, key: str, value: str, keys: Iterable[str] = ()) -> tuple[Fix, ...]:
-    """Return the fix that gives an entry one more key.
+def add_key(at: Span | Text, key: str, value: str, keys: Iterable[str] = ()) -> tuple[Fix, ...]:
+    """Return the fix that adds a key to an entry.
 
     Args:
-        at: The place of the entry: of its name, or of its first line.
-        key: What is added; in XML the attribute ``fk:key``.
+        at: The location of the entry: its name, or its first line.
+        key: The new key; in XML the attribute ``fk:key``.
         value: Its value.
-        keys: Keys that an entry without a name may begin with.
+        keys: Keys that an entry without a name may start with.
 
     """
     span = span_of(at)
@@ -242,8 +241,8 @@ def with_key(at: Span | Text, key: str, value: str, keys: Iterable[str] = ()) ->
     if is_xml(span.source):
         bare = value.strip("[]").replace(",", "")
         is_ours = text.startswith("<fk:", max(0, text.rfind("<", 0, span.start + 1)))
-        return with_attribute(span, key if is_ours else f"fk:{key}", bare)
-    added = _added(text, span.start, f"{key}: {value}", frozenset(keys))
+        return add_attribute(span, key if is_ours else f"fk:{key}", bare)
+    added = _key_insertion(text, span.start, f"{key}: {value}", frozenset(keys))
     if added is None:
         return ()
     place, written = added
@@ -251,10 +250,10 @@ def with_key(at: Span | Text, key: str, value: str, keys: Iterable[str] = ()) ->
     return (Fix(f"Add `{key}: {value}`", (edit,)),)
 
 
-def _added(
+def _key_insertion(
     text: str, start: int, written: str, keys: frozenset[str]
 ) -> tuple[tuple[int, int], str] | None:
-    """Return where and what to write for one more key of the entry that begins at a place."""
+    """Return where to insert one more key of the entry at `start`, and the insertion."""
     if text[start : start + 1] == "{":
         return (start + 1, start + 1), f"{written}, "
     end = text.find("\n", start)
@@ -284,16 +283,16 @@ def _added(
     return None
 
 
-def with_line(source: Source, line: str, title: str) -> tuple[Fix, ...]:
-    """Return the fix that adds a line after the first key of a YAML text."""
+def add_line(source: Source, line: str, title: str) -> tuple[Fix, ...]:
+    """Return the fix that adds a line after the first key of a YAML source."""
     match = re.search(r"^[A-Za-z_]\w*\s*:.*$", source.text, re.MULTILINE)
     at = 0 if match is None else match.end()
     written = f"{line}\n" if match is None else f"\n{line}"
     return (Fix(title, (Edit(Span(source, at, at), written),)),)
 
 
-def with_key_of_chart(source: Source, key: str, value: str) -> tuple[Fix, ...]:
-    """Return the fix that gives a chart one more key, or another value of it."""
+def set_chart_key(source: Source, key: str, value: str) -> tuple[Fix, ...]:
+    """Return the fix that sets a key of a chart."""
     text = source.text
     if is_xml(source):
         root = re.search(r"<(?:\w+:)?scxml\b(?:[^>\"']|\"[^\"]*\"|'[^']*')*>", text)
@@ -302,16 +301,18 @@ def with_key_of_chart(source: Source, key: str, value: str) -> tuple[Fix, ...]:
         name = key if key == "datamodel" else f"fk:{key}"
         known = re.compile(rf"\s{name}\s*=\s*[\"']([^\"']*)").search(text, *root.span())
         if known is not None:
-            return instead(Span(source, *known.span(1)), value)
-        return with_attribute(Span(source, *root.span()), name, value)
+            return replace_text(Span(source, *known.span(1)), value)
+        return add_attribute(Span(source, *root.span()), name, value)
     known = re.search(rf"^{key}:[ \t]*([^\s#]+)", text, re.MULTILINE)
     if known is not None:
-        return instead(Span(source, *known.span(1)), value)
-    return with_line(source, f"{key}: {value}", f"Add `{key}: {value}`")
+        return replace_text(Span(source, *known.span(1)), value)
+    return add_line(source, f"{key}: {value}", f"Add `{key}: {value}`")
 
 
-def in_list(source: Source, outer: str, inner: str, items: Sequence[str]) -> tuple[Edit, ...]:
-    """Return the edit that adds items to a list under two keys of a YAML text."""
+def add_nested_items(
+    source: Source, outer: str, inner: str, items: Sequence[str]
+) -> tuple[Edit, ...]:
+    """Return the edit that adds items to a list under two nested keys of a YAML source."""
     text = source.text
     section = re.search(rf"^{outer}:[ \t]*(.*)$", text, re.MULTILINE)
     joined = ", ".join(items)
@@ -339,8 +340,8 @@ def in_list(source: Source, outer: str, inner: str, items: Sequence[str]) -> tup
     return (Edit(Span(source, at, at), f"\n  {inner}: [{joined}]"),)
 
 
-def with_item(source: Source, key: str, item: str) -> tuple[Edit, ...]:
-    """Return the edit that adds an item to a list under a key at the margin of a YAML text."""
+def add_list_item(source: Source, key: str, item: str) -> tuple[Edit, ...]:
+    """Return the edit that adds an item to a list under a top-level key of a YAML source."""
     text = source.text
     found = re.search(rf"^{key}:[ \t]*(\[[ \t]*)?", text, re.MULTILINE)
     if found is None:

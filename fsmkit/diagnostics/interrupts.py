@@ -12,11 +12,11 @@ INTERRUPTS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def held_interrupts() -> Iterator[None]:
-    """Hold SIGINT and SIGTERM until the end of the block, and deliver the first one there.
+def hold_interrupts() -> Iterator[None]:
+    """Delay SIGINT and SIGTERM until the end of the block, then deliver the first one.
 
-    Use it where something is created and then remembered for cleaning up. The block must be short
-    and must not wait. Outside of the main thread, which never receives signals, it does nothing.
+    Use it where something is created and then recorded for cleaning up. The block must be short and
+    must not wait. Outside the main thread, which never receives signals, it does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,4 +1,4 @@
-"""Parsing of JSON that anybody may have written."""
+"""Parsing of untrusted JSON."""
 
 from __future__ import annotations
 

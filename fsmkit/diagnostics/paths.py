@@ -1,4 +1,4 @@
-"""Questions about paths that were read from a file, or typed."""
+"""Checks of paths that were read from a file, or typed."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import os.path
 from pathlib import Path
 
 
-def is_there(path: Path) -> bool:
-    """Return whether something is at a path; false for a name that no file can have.
+def path_exists(path: Path) -> bool:
+    """Return whether a path exists; false for a name that no file can have.
 
     `Path.exists` of Python before 3.14 raises `OSError` for a name that is too long.
     """

@@ -16,7 +16,7 @@ LEVELS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "
 
 
 def sarif_log(diagnostics: Iterable[Diagnostic], version: str) -> dict[str, object]:
-    """Return the log of one run of a version of fsmkit (SARIF 3.13)."""
+    """Return the log of one run of fsmkit `version` (SARIF 2.1.0, section 3.13)."""
     found = tuple(diagnostics)
     used = tuple(sorted({d.rule for d in found}, key=lambda rule: rule.code))
     driver = {
@@ -33,7 +33,7 @@ def sarif_log(diagnostics: Iterable[Diagnostic], version: str) -> dict[str, obje
 
 
 def _rule(rule: Rule) -> dict[str, object]:
-    """Return a rule (SARIF 3.49); what it does is the part under the first heading."""
+    """Return a rule (SARIF 3.49), described by the section under its first heading."""
     what = rule.explanation.split("## ")[1].partition("\n")[2].strip()
     return {
         "id": rule.code,
@@ -105,7 +105,7 @@ def _region(span: Span) -> dict[str, object]:
 
 
 def _uri(name: str) -> str:
-    """Return a URI: relative where the name is, so that a log can move with its files."""
+    """Return a URI. A relative name gives a relative URI, so that a log can move with its files."""
     if PurePath(name).is_absolute():
         return Path(name).as_uri()
     return quote(PurePath(name).as_posix())

@@ -1,4 +1,4 @@
-"""Source texts, places in them, and pieces of text that know their place."""
+"""Sources, locations in them, and pieces of source text with their location."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from itertools import accumulate
 from pathlib import Path
 from urllib.parse import unquote
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.diagnostics.paths import is_file
 
 
 @dataclass(frozen=True)
 class Source:
-    """One input text, named as the user named it (``<string>`` where there is no file)."""
+    """One input text, under the name that the user gave (``<string>`` without a file)."""
 
     name: str
     text: str
@@ -31,18 +31,18 @@ class Source:
         return line, offset - self._line_starts[line - 1] + 1
 
     def offset(self, line: int, column: int = 1) -> int:
-        """Return the offset of a one-based line and column, clipped to the text."""
+        """Return the offset of a one-based line and column, clipped to the source."""
         starts = self._line_starts
         if line > len(starts):
             return len(self.text)
         return min(starts[max(line, 1) - 1] + column - 1, len(self.text))
 
     def beside(self, src: str) -> Path | None:
-        """Return the path that a `src` in this text names; None if it leaves the folder.
+        """Return the path that a `src` in this source names; None if it leaves the folder.
 
-        It is beside this file or below, also where links lead; ``file:`` before it says nothing.
-        A URI may encode characters (RFC 3986, 2.1): ``a%20b`` is ``a b`` where no file has the name
-        as written.
+        The file must be in the folder of this source or below, after links are resolved. A prefix
+        ``file:`` is ignored. A URI may encode characters (RFC 3986, 2.1): ``a%20b`` is ``a b``
+        unless a file has the name as written.
         """
         try:
             here = Path(self.name)
@@ -54,7 +54,7 @@ class Source:
             if "%" in name and not is_file(path):
                 path = folder / unquote(name)
             is_inside = path.resolve().is_relative_to(folder.resolve())
-        except (OSError, ValueError, RuntimeError):  # the last: links that go in circles
+        except (OSError, ValueError, RuntimeError):  # RuntimeError: circular links
             return None
         return path if is_inside else None
 
@@ -65,10 +65,10 @@ class Source:
         return self.text[start : len(self.text) if end < 0 else end].rstrip("\r")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The half-open range ``start:end`` (offsets in characters) of a source text."""
+    """The half-open range ``start:end`` of a source, in characters."""
 
     source: Source
     start: int
@@ -82,14 +82,14 @@ class Span:
         return f"{self.source.name}:{line}:{column}"
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A piece of source text as a value, with its place. Places do not take part in equality.
+    """A piece of source text as a value, with its location, which equality ignores.
 
-    ``offsets`` maps each character of ``value`` to its offset in the source where the two do not
-    run in parallel (a YAML block scalar, an XML attribute with entities). Without it the value
-    stands in the source as it is, from ``span.start`` on.
+    ``offsets`` maps each character of ``value`` to its offset in the source. It is present where
+    the two are not parallel (a YAML block scalar, an XML attribute with entities). Without it, the
+    source contains the value literally from ``span.start`` on.
     """
 
     value: str
@@ -100,7 +100,7 @@ class Text:
         return self.value
 
     def span_of(self, start: int, end: int) -> Span:
-        """Return the place of ``value[start:end]``."""
+        """Return the location of ``value[start:end]``."""
         if self.offsets is None and 0 <= start <= end <= self.span.end - self.span.start:
             return Span(self.span.source, self.span.start + start, self.span.start + end)
         start, end = max(0, start), max(start, end)
@@ -115,8 +115,8 @@ class Text:
         last = self.offsets[min(max(start, end - 1), len(self.offsets) - 1)] + 1
         return Span(self.span.source, first, max(first, last))
 
-    def starts(self) -> Iterable[int]:
-        """Return where each character of the value is."""
+    def character_offsets(self) -> Iterable[int]:
+        """Return the offset in the source of each character of the value."""
         size = len(self.value)
         if self.offsets is not None and len(self.offsets) == size:
             return self.offsets
@@ -125,18 +125,18 @@ class Text:
         return [self.span_of(n, n + 1).start for n in range(size)]
 
     def part(self, start: int, end: int) -> Text:
-        """Return ``value[start:end]`` with its place."""
+        """Return ``value[start:end]`` with its location."""
         size = len(self.value)
         if start == 0 and end == size == self.span.end - self.span.start and self.offsets is None:
             return self
         offsets = None if self.offsets is None else self.offsets[start:end]
         return Text(self.value[start:end], self.span_of(start, end), offsets)
 
-    def instead(self, value: str) -> Text:
-        """Return another text at this place as a whole."""
+    def with_value(self, value: str) -> Text:
+        """Return another value with the location of this text."""
         return Text(value, self.span, ())
 
-    def stripped(self) -> Text:
+    def strip(self) -> Text:
         """Return the text without white space at its ends."""
         size = len(self.value.strip())
         if self.offsets is None and size == len(self.value) == self.span.end - self.span.start:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from fsmkit.diagnostics import Source, Span, Text
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.language.statements.tree import Block, DocArgument, DocField
 
 
@@ -69,8 +69,8 @@ def read_member(text: Text) -> DocMember:
     """Return a member as declared: ``hot`` or ``hot = 4``."""
     at = text.value.find("=")
     if at < 0:
-        return DocMember(text.stripped())
-    return DocMember(text.part(0, at).stripped(), text.part(at + 1, len(text.value)).stripped())
+        return DocMember(text.strip())
+    return DocMember(text.part(0, at).strip(), text.part(at + 1, len(text.value)).strip())
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ class DocCapacity:
 # --- states and transitions -------------------------------------------------------------------
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocTransition:
     """A transition as written.
@@ -284,7 +284,7 @@ REPLACEABLE = ("entry", "exit", "initial", "default", "invariant", "use", "exits
 """What of an inherited state a mark replaces; ``default`` is the one of a history."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocState:
     """A state as written; under ``refine`` a change of an inherited one, found by its id.

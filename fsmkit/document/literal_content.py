@@ -17,12 +17,12 @@ def content_value(text: Text) -> Text:
         parse_json(text.value)
     except ValueError:
         return string(" ".join(text.value.split()), text)
-    return text.stripped()
+    return text.strip()
 
 
 def string(value: str, at: Text) -> Text:
     """Return the literal of a string, at the place of what it stands for."""
-    return at.instead(json.dumps(value, ensure_ascii=False))
+    return at.with_value(json.dumps(value, ensure_ascii=False))
 
 
 def members(text: Text) -> dict[str, Text] | None:
@@ -33,4 +33,4 @@ def members(text: Text) -> dict[str, Text] | None:
         return None
     if not isinstance(value, dict):
         return None
-    return {name: text.instead(json.dumps(v)) for name, v in value.items()}
+    return {name: text.with_value(json.dumps(v)) for name, v in value.items()}

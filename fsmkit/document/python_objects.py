@@ -13,14 +13,14 @@ from pathlib import Path
 from types import ModuleType
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.diagnostics.paths import is_there
+from fsmkit.diagnostics.paths import path_exists
 
 REFERENCE = re.compile(r"(?P<module>.+\.py|[^\W\d]\w*(?:\.[^\W\d]\w*)*):(?P<name>[^\W\d][\w.]*)")
 
 
 def is_reference(text: str) -> bool:
     """Whether a text names an object of a module, and no file."""
-    return REFERENCE.fullmatch(text) is not None and not is_there(Path(text))
+    return REFERENCE.fullmatch(text) is not None and not path_exists(Path(text))
 
 
 def imported(text: str) -> object:

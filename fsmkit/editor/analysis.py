@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Policy
-from fsmkit.diagnostics.allowing import counting
-from fsmkit.diagnostics.unused import READING, tell_unused
+from fsmkit.diagnostics.allow_comments import record_used
+from fsmkit.diagnostics.unused_comments import READING, report_unused_comments
 from fsmkit.document.project import Project, project_of, with_levels
 from fsmkit.editor.index.files import File, Kind
 from fsmkit.editor.index.workspace import Workspace, same
@@ -88,7 +88,7 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
         return Analysis(path, (), None)
     findings = Findings()
     model: Model | None = None
-    with workspace.unsaved(), counting() as used:
+    with workspace.unsaved(), record_used() as used:
         try:
             findings = Findings(with_levels(Policy(), project_of(path)))
             if file.kind is Kind.SUITE and is_suite(path):
@@ -101,7 +101,7 @@ def analyse(workspace: Workspace, path: Path) -> Analysis:
             else:
                 model = read_with_boards(path, findings)
             if isinstance(model, Chart | System | Deployment):
-                tell_unused(sources_of(model), used, READING, findings)
+                report_unused_comments(sources_of(model), used, READING, findings)
         except FsmkitError as error:
             return Analysis(path, error.diagnostics, None)
     return Analysis(path, tuple(findings), model)

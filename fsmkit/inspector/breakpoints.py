@@ -10,7 +10,7 @@ import msgspec
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.inspector.commands import Break, wrong
 from fsmkit.inspector.simulation import Moment
 from fsmkit.language import BOOL, ContentError, RangeFault, Value

@@ -13,8 +13,8 @@ from fsmkit.chart.drawing.states.boxes import boxed, composites, shown
 from fsmkit.chart.drawing.states.folding import ALL
 from fsmkit.chart.drawing.states.labels import label
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.diagnostics.as_json import place
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.as_json import location
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.emit.svg import STYLE
 from fsmkit.inspector.commands import wrong
@@ -58,7 +58,7 @@ def chart_message(
                 "kind": state.kind.value,
                 "parent": None if state.parent is None else chart.states[state.parent].id,
                 "origin": state.origin.value,
-                "at": place(state.span),
+                "at": location(state.span),
                 **({"doc": state.doc} if state.doc else {}),
             }
             for state in chart.states
@@ -69,7 +69,7 @@ def chart_message(
                 "name": event.name,
                 "fields": _fields(event.fields),
                 "received": is_received(event),
-                **({"at": place(event.span)} if event.span is not None else {}),
+                **({"at": location(event.span)} if event.span is not None else {}),
             }
             for event in chart.events
         ],
@@ -99,7 +99,7 @@ def _transition(chart: Chart, transition: Transition) -> Json:
         "events": [chart.events[event].name for event in transition.events],
         "label": " ".join(label(chart, transition).lines),
         "origin": transition.origin.value,
-        "at": place(transition.span),
+        "at": location(transition.span),
         **({"delay": transition.delay} if is_timed else {}),
     }
 
@@ -112,7 +112,7 @@ def _variable(variable: Data) -> Json:
     return {
         "name": variable.name,
         "type": type_json(variable.type),
-        "at": place(variable.span),
+        "at": location(variable.span),
     }
 
 

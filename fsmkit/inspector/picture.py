@@ -17,7 +17,7 @@ from typing import Any
 from lxml import etree
 
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Span, fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.runtime.script import is_received
 from fsmkit.system.system import System
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Severity, Text
-from fsmkit.diagnostics.separators import split_outside
+from fsmkit.diagnostics.split_text import split_outside
 from fsmkit.language import (
     FLOAT64,
     INT32,
@@ -177,7 +177,7 @@ def is_list(text: Text) -> bool:
 
 def split_list(text: Text) -> tuple[Text, ...]:
     """Return the parts of ``[a, b, c]``: split at commas outside of brackets and quotes."""
-    inner = text.stripped()
+    inner = text.strip()
     inner = inner.part(1, len(inner.value) - 1)
-    parts = tuple(part.stripped() for part in split_outside(inner, ","))
+    parts = tuple(part.strip() for part in split_outside(inner, ","))
     return parts if len(parts) > 1 or parts[0].value else ()

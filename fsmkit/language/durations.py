@@ -9,7 +9,7 @@ import re
 from fractions import Fraction
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.diagnostics.fixes import instead
+from fsmkit.diagnostics.fixes import replace_text
 from fsmkit.language.names import Context
 from fsmkit.language.types import LONGEST_DURATION
 from fsmkit.language.units import MEANT, MICROSECONDS, meant, no_unit
@@ -28,7 +28,7 @@ def duration_of(context: Context, written: str, at: Span | Text) -> int | None:
     if match is None and worded is not None:
         message = no_unit(worded[2])
         unit = MEANT.get(worded[2].lower())
-        fixes = instead(at, f"{worded[1]}{unit}") if unit else ()
+        fixes = replace_text(at, f"{worded[1]}{unit}") if unit else ()
         return context.report(
             "invalid-duration", message, at, meant(worded[1], worded[2]), fixes=fixes
         )
@@ -39,12 +39,12 @@ def duration_of(context: Context, written: str, at: Span | Text) -> int | None:
     number, unit = match[1], match[2]
     if unit is None and context.scope.dialect == "fsmkit":
         advice = f"give it a unit: `{number}ms`, `{number}s`"
-        fixes = (*instead(at, f"{number}ms"), *instead(at, f"{number}s"))
+        fixes = (*replace_text(at, f"{number}ms"), *replace_text(at, f"{number}s"))
         message = f"`{number}` has no unit"
         return context.report("invalid-duration", message, at, advice, fixes=fixes)
     if unit is None:
         message = f"`{number}` has no unit: taken as milliseconds"
-        fixes = instead(at, f"{number}ms", sure=True)
+        fixes = replace_text(at, f"{number}ms", sure=True)
         context.report("duration-without-unit", message, at, f"write `{number}ms`", fixes=fixes)
     ticks = Fraction(number) * MICROSECONDS[unit or "ms"] / context.scope.tick
     if ticks.denominator != 1:

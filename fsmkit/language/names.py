@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Fix, Severity, Span, Text
-from fsmkit.diagnostics.frozen import quick
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fast_init import fast_init
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.language.scope import Scope
 from fsmkit.language.types import EnumType, Type
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Context:
     """The names at hand, and where to report."""

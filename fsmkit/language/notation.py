@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.fixes import instead
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import replace_text
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.language import types
 from fsmkit.language.arithmetic import representable
 from fsmkit.language.binding.typing import type_expression
@@ -54,7 +54,7 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> types.Type | None
 
     Bounds and lengths are constant expressions.
     """
-    context, text = Context(scope, findings), text.stripped()
+    context, text = Context(scope, findings), text.strip()
     if not text.value:
         return context.report("invalid-type", "a type is missing", text, "write such as `0..100`")
     if text.value.endswith("]") and "[" in text.value:
@@ -73,10 +73,10 @@ def read_type(text: Text, scope: Scope, findings: Findings) -> types.Type | None
     if found is not None:
         return found
     help_ = suggest(name, (*NAMED, *scope.types), "declare it under `types`")
-    fixes = instead(text, FOREIGN[name]) if name in FOREIGN else ()
+    fixes = replace_text(text, FOREIGN[name]) if name in FOREIGN else ()
     if (range_ := DASHED.fullmatch(name)) is not None:
         help_ = f"write `{range_[1]}..{range_[2]}`"
-        fixes = instead(text, f"{range_[1]}..{range_[2]}")
+        fixes = replace_text(text, f"{range_[1]}..{range_[2]}")
     elif name in scope.constants or name.isdigit() or name in ("true", "false"):
         help_ = f"a type comes before the start value: `0..255 = {name}`, `bool = true`"
     if name in FOREIGN:
@@ -89,7 +89,7 @@ def _array(context: Context, text: Text) -> types.Type | None:
     if not text.value[opening + 1 : -1].strip():
         advice = f"write how many: `{text.value[:opening]}[4]`"
         return context.report("invalid-type", "an array has no length", text, advice)
-    inner = text.part(0, opening).stripped()
+    inner = text.part(0, opening).strip()
     if inner.value.endswith("]"):
         message = "the elements of an array must be scalars, not arrays"
         return context.report("invalid-type", message, text, "declare several arrays")
@@ -116,7 +116,7 @@ def _range(context: Context, text: Text, overflow: types.Overflow) -> types.Type
     type_ = types.IntType(lo, hi, overflow)
     if lo > hi:
         message = f"the range {lo}..{hi} is empty"
-        fixes = instead(text, f"{hi}..{lo}")
+        fixes = replace_text(text, f"{hi}..{lo}")
         return context.report("invalid-type", message, text, f"write `{hi}..{lo}`", fixes=fixes)
     if not representable(type_):
         message = f"the range {lo}..{hi} does not fit 64 bits"
@@ -125,7 +125,7 @@ def _range(context: Context, text: Text, overflow: types.Overflow) -> types.Type
 
 
 def _constant(context: Context, text: Text) -> int | None:
-    expr = type_expression(text.stripped(), context.scope, context.findings)
+    expr = type_expression(text.strip(), context.scope, context.findings)
     if expr is None:
         return None
     folded = fold(expr)
@@ -142,7 +142,7 @@ def _constant(context: Context, text: Text) -> int | None:
 
 def read_duration(text: Text, scope: Scope, findings: Findings) -> int | None:
     """Read a duration literal or a constant expression of type duration, in ticks."""
-    context, text = Context(scope, findings), text.stripped()
+    context, text = Context(scope, findings), text.strip()
     if WRITTEN.fullmatch(text.value):
         return duration_of(context, text.value, text)
     expr = type_expression(text, scope, findings, types.DURATION)

@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Any
 
 from fsmkit.diagnostics import Span
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import guard
 from fsmkit.language.types import BOOL, SYMBOL, BoolType, SymbolType, Type, Value
 
@@ -70,7 +70,7 @@ class Function(Enum):
     ABS = "abs"
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Literal:
     """A constant. Named constants, enumeration members, ``len(a)`` and durations end here too.
@@ -87,7 +87,7 @@ class Literal:
         guard(self, "value", "name")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Variable:
     """A variable of the chart: data, input or output. Names are unique across the three."""
@@ -101,7 +101,7 @@ class Variable:
         guard(self, "name")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class EventField:
     """``event.field``, in SCXML ``_event.data.field``: a part of the payload being handled."""
@@ -114,7 +114,7 @@ class EventField:
         guard(self, "name")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class EventName:
     """``_event.name``: the name of the event being handled, a symbol."""
@@ -123,7 +123,7 @@ class EventName:
     type: SymbolType = SYMBOL
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class EventType(EventName):
     """``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1), a symbol.
@@ -132,7 +132,7 @@ class EventType(EventName):
     """
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class InState:
     """``In(state)``: whether the state of that index is active."""
@@ -146,7 +146,7 @@ class InState:
         guard(self, "id")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Unary:
     """An operator of one operand."""
@@ -157,7 +157,7 @@ class Unary:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Binary:
     """An operator of two operands."""
@@ -169,7 +169,7 @@ class Binary:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Conditional:
     """``test ? then : otherwise``; only the chosen side is evaluated."""
@@ -181,7 +181,7 @@ class Conditional:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Element:
     """``array[index]``. An index out of range is a content error (``error.execution``)."""
@@ -192,7 +192,7 @@ class Element:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Member:
     """``record.field``."""
@@ -206,7 +206,7 @@ class Member:
         guard(self, "name")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Apply:
     """``min``, ``max`` (two or more operands) or ``abs`` (one)."""
@@ -217,7 +217,7 @@ class Apply:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Call:
     """A call of an operation of the host. ``type`` is None where it returns nothing.
@@ -234,7 +234,7 @@ class Call:
         guard(self, "operation")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class FunctionBody:
     """A function of the chart: pure, with a body of typed statements, each way of which returns.
@@ -255,7 +255,7 @@ class FunctionBody:
         guard(self, "name")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class CallFunction:
     """A call of a function of the chart; what it reads counts as read here.
@@ -270,7 +270,7 @@ class CallFunction:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Checked:
     """A number as a value of a type: of int64 its whole part, of an enumeration the member.
@@ -284,7 +284,7 @@ class Checked:
     otherwise: Literal | None = None
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Convert:
     """A value brought into a type, as storing it in a variable of that type would.
@@ -305,7 +305,7 @@ class Convert:
         guard(self, "name")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Invalid:
     """An expression that cannot be evaluated: doing so is a content error (``error.execution``).
@@ -321,7 +321,7 @@ class Invalid:
         guard(self, "reason")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Watched:
     """A condition of a guard, in code that counts what tests reach; its value is the operand's.
@@ -340,7 +340,7 @@ class Watched:
     type: BoolType = BOOL
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Decided:
     """A whole guard, in code that counts what tests reach; its value is the operand's.
@@ -378,7 +378,7 @@ Expr = (
 )
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Numbers:
     """What ``for i in 0..7`` and ``for f in Fault`` go through: integers, or numbers of members."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import guard
 
 
@@ -30,7 +30,7 @@ class BoolType:
         return "bool"
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class IntType:
     """The integers ``lo..hi``, both included, within the union of int64 and uint64.

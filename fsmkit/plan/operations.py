@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fsmkit.chart.statements import Block
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.language import Expr
 
 # --- entering one state, and leaving it -----------------------------------------------------------
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Forget:
     """Let a history hold nothing."""
@@ -19,7 +19,7 @@ class Forget:
     history: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Arm:
     """Arm the timer of a transition, with a delay in ticks."""
@@ -28,7 +28,7 @@ class Arm:
     delay: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Disarm:
     """Disarm the timer of a transition."""
@@ -36,7 +36,7 @@ class Disarm:
     transition: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Run:
     """Run a block of content."""
@@ -65,7 +65,7 @@ class EndInvoked:
     invocation: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class RaiseDone:
     """Raise a ``done.state`` event; ``data`` are its first fields, the others have defaults."""
@@ -107,7 +107,7 @@ Action = (
 # --- entering states ------------------------------------------------------------------------------
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Enter:
     """Enter a state: its number, its actions; then the content of defaults.
@@ -161,7 +161,7 @@ Ops = tuple[Op | Resume, ...]
 # --- leaving states -------------------------------------------------------------------------------
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Leave:
     """Leave one state, below which nothing is active in its region."""
@@ -169,7 +169,7 @@ class Leave:
     state: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class LeaveRegion:
     """Leave all that is active in a region of a parallel state, innermost first."""
@@ -177,7 +177,7 @@ class LeaveRegion:
     region: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class LeaveBelow:
     """Leave all that is active strictly below a domain, innermost first.
@@ -189,7 +189,7 @@ class LeaveBelow:
     top: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Record:
     """Record a history of a state that is about to be left (SCXML 3.10).
@@ -228,7 +228,7 @@ class Within:
     last: int
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Variant:
     """A domain and what is entered below it, if all conditions hold.
@@ -244,7 +244,7 @@ class Variant:
     entry: tuple[Op, ...]
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Reaction:
     """One variant of a transition, whole: record, leave, run its content, enter."""

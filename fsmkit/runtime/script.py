@@ -20,7 +20,7 @@ from typing import assert_never
 import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Event, every_operation, result_types
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text, fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language.units import duration_text, read_microseconds
 from fsmkit.language.values import part_types, read_value, tokens

@@ -226,7 +226,7 @@ def _literal(element: Element) -> Text:
     """Return content as it stands, elements included."""
     if element.children:
         inner = element.inner
-        return Text(inner.source.text[inner.start : inner.end], inner).stripped()
+        return Text(inner.source.text[inner.start : inner.end], inner).strip()
     keeps = element.get("space", XML)
     is_kept = keeps is not None and keeps.value == "preserve"
-    return element.text if is_kept else element.text.stripped()
+    return element.text if is_kept else element.text.strip()

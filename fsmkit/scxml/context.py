@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Fix, Severity, Source, Span, Text
-from fsmkit.diagnostics.fixes import Edit, instead, removal
+from fsmkit.diagnostics.fixes import Edit, remove_entry, replace_text
 from fsmkit.diagnostics.parsing import parse_json
-from fsmkit.diagnostics.suggest import called_elsewhere, did_you_mean, suggest_key
+from fsmkit.diagnostics.suggestions import find_synonym, suggest_key, suggest_name
 from fsmkit.scxml.names import (
     ATTRIBUTES,
     EXTENSION,
@@ -83,15 +83,15 @@ class Context:
         is_known = word in ATTRIBUTES or word.removeprefix(f"{PREFIX}:") in EXTENSION_ELEMENTS
         advice = suggest_key(word, tuple(known), "remove it")
         if is_known:
-            meant = called_elsewhere(word, known)
-            advice = did_you_mean(meant, word) if meant else f"move `<{word}>` to where it belongs"
+            meant = find_synonym(word, known)
+            advice = suggest_name(meant, word) if meant else f"move `<{word}>` to where it belongs"
         self.complain(
             "unknown-element",
             f"`<{word}>` has no meaning in `<{parent.name}>`",
             child.span,
             advice,
             is_ours=child.namespace == EXTENSION,
-            fixes=removal(child.span),
+            fixes=remove_entry(child.span),
         )
 
     def check(self, element: Element, word: str) -> None:
@@ -113,7 +113,7 @@ class Context:
                         _belongs(attribute.name, local),
                     ),
                     is_ours=is_ours or attribute.namespace == EXTENSION,
-                    fixes=removal(
+                    fixes=remove_entry(
                         Span(attribute.span.source, attribute.span.start + 1, attribute.span.end)
                     ),
                 )
@@ -121,9 +121,9 @@ class Context:
             self.complain(
                 "stray-text",
                 f"text in `<{word}>` has no meaning",
-                element.text.stripped(),
+                element.text.strip(),
                 "put it into a comment, or into an element that reads it",
-                fixes=_commented(element.text.stripped()),
+                fixes=_commented(element.text.strip()),
             )
 
     def complain(
@@ -152,7 +152,7 @@ class Context:
         if value is None or not value.value.strip():
             self.incomplete(element, f"has no `{name}`", f'add `{name}="..."`')
             return None
-        return value.stripped()
+        return value.strip()
 
     def incomplete(self, element: Element, what: str, advice: str) -> None:
         """Say what an element lacks."""
@@ -167,7 +167,7 @@ class Context:
     def given(self, element: Element, name: str) -> Text | None:
         """Return an attribute without white space around it; None where it is empty."""
         value = element.get(name)
-        return None if value is None or not value.value.strip() else value.stripped()
+        return None if value is None or not value.value.strip() else value.strip()
 
     def either(self, element: Element, name: str, other: str) -> tuple[Text | None, Text | None]:
         """Return two attributes of which SCXML allows one; the first counts."""
@@ -179,7 +179,7 @@ class Context:
 
     def conflict(self, at: Span | Text, message: str) -> None:
         """Say that two things are given that exclude each other."""
-        fixes = removal(at)
+        fixes = remove_entry(at)
         self.complain("conflicting-attributes", message, at, "remove one of the two", fixes=fixes)
 
     def flag(self, value: Text | None, what: str) -> bool:
@@ -195,7 +195,7 @@ class Context:
         self, value: Text, message: str, advice: str, instead_of: Iterable[str] = ()
     ) -> None:
         """Say that an attribute has a value that means nothing; what may stand instead of it."""
-        fixes = [fix for word in instead_of for fix in instead(value, word)]
+        fixes = [fix for word in instead_of for fix in replace_text(value, word)]
         self.complain("unexpected-attribute-value", message, value, advice, fixes=fixes)
 
     # --- texts ----------------------------------------------------------------------------
@@ -208,8 +208,8 @@ class Context:
         """
         if element.children:
             inner = element.inner
-            return Text(inner.source.text[inner.start : inner.end], inner).stripped()
-        text = element.text.stripped()
+            return Text(inner.source.text[inner.start : inner.end], inner).strip()
+        text = element.text.strip()
         if not text.value:
             return None
         return text if self.is_strict else self._json_or_string(text)

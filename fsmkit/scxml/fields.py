@@ -35,7 +35,7 @@ def read_keys(
             continue
         value = attribute.value
         if row.form in (Form.TEXT, Form.NAME, Form.CHOICE) and not is_extended:
-            value = value.stripped()
+            value = value.strip()
             if not value.value:
                 continue
         found[row.field] = ATTRIBUTE[row.form](value, row, context)

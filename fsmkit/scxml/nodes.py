@@ -14,7 +14,7 @@ from itertools import accumulate
 from xml.parsers import expat
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.scxml.broken import tell_broken
 from fsmkit.scxml.names import XINCLUDE
 
@@ -26,7 +26,7 @@ REFERENCE = re.compile(r"&[^;]*;|.", re.DOTALL)
 DECLARATION = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Attribute:
     """An attribute: namespace (empty without a prefix), name, value, and the place of the name."""
@@ -37,7 +37,7 @@ class Attribute:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Element:
     """An element. ``text`` joins the character data directly in it, as written."""

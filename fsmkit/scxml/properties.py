@@ -55,7 +55,7 @@ def read_environment(elements: Iterable[Element], context: Context) -> DocEnviro
 
 def _list(element: Element, name: str, context: Context) -> tuple[Text, ...]:
     text = context.given(element, name)
-    return () if text is None else tuple(item.stripped() for item in items_in(text))
+    return () if text is None else tuple(item.strip() for item in items_in(text))
 
 
 def add_properties(root: etree._Element, properties: Iterable[DocProperty]) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
-from fsmkit.diagnostics.fixes import instead, with_attribute
+from fsmkit.diagnostics.fixes import add_attribute, replace_text
 from fsmkit.document import document as doc
 from fsmkit.document import keys
 from fsmkit.language.statements.reading import read_body, read_signature
@@ -50,7 +50,7 @@ def read_as_far(source: Source, findings: Findings) -> doc.Document | None:
             f"{what} the namespace of SCXML",
             root.span,
             help=f'write `xmlns="{SCXML}"`',
-            fixes=() if root.namespace else with_attribute(root.span, "xmlns", SCXML, sure=True),
+            fixes=() if root.namespace else add_attribute(root.span, "xmlns", SCXML, sure=True),
         )
     return _read_chart(root, context)
 
@@ -76,7 +76,7 @@ def _datamodel(root: Element, context: Context) -> str:
         f"the data model `{given}` is not known; expressions are read as ECMAScript's",
         given,
         help=f"use one of {', '.join(keys.CHART['datamodel'].choices)}",
-        fixes=instead(given, "ecmascript"),
+        fixes=replace_text(given, "ecmascript"),
     )
     return "ecmascript"
 
@@ -155,7 +155,7 @@ class _ChartReader:
                 "the version of SCXML is missing",
                 self._root.span,
                 help='write `version="1.0"`',
-                fixes=with_attribute(self._root.span, "version", "1.0", sure=True),
+                fixes=add_attribute(self._root.span, "version", "1.0", sure=True),
             )
         elif version.value.strip() != "1.0":
             message = f"there is no version `{version}`"
@@ -198,7 +198,7 @@ class _ChartReader:
         if same is not None and (members or fields):
             context.conflict(same, "`is` is given beside members or fields; those count")
             same = None
-        return doc.DocType(name, members, tuple(fields), None if same is None else same.stripped())
+        return doc.DocType(name, members, tuple(fields), None if same is None else same.strip())
 
     def _constants(self) -> tuple[doc.DocConstant, ...]:
         found = []
@@ -239,13 +239,13 @@ class _ChartReader:
                 given,
                 help=f"use {', '.join(DIRECTIONS)}",
                 severity=Severity.ERROR,
-                fixes=[fix for word in DIRECTIONS for fix in instead(given, word)],
+                fixes=[fix for word in DIRECTIONS for fix in replace_text(given, word)],
             )
         return DIRECTIONS.get("" if given is None else given.value, doc.Direction.IN)
 
     def _capacities(self) -> tuple[doc.DocCapacity, ...]:
         return tuple(
-            doc.DocCapacity(Text(attribute.name, attribute.span), attribute.value.stripped())
+            doc.DocCapacity(Text(attribute.name, attribute.span), attribute.value.strip())
             for element in self._parts.get("fk:capacity", ())
             for attribute in element.attributes
             if not attribute.namespace

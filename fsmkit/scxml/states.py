@@ -66,7 +66,7 @@ class StateReader:
             done_data=done,
             done_content=done_content,
             use=self._use(parts.get("fk:use", [])),
-            each=None if each is None else each.stripped(),
+            each=None if each is None else each.strip(),
             doc=read_doc(element, parts.get("fk:doc", []), context),
             **read_keys(element, keys.STATE, context, parts),
         )
@@ -154,7 +154,7 @@ class StateReader:
             found.append((doc.Trigger.EVENT, None, event))
         for name, trigger in TIMED.items():
             if (delay := context.fk(element, name)) is not None:
-                found.append((trigger, delay.stripped(), delay))
+                found.append((trigger, delay.strip(), delay))
         sometimes = context.fk(element, "sometimes")
         if sometimes is not None and context.flag(sometimes, "sometimes"):
             found.append((doc.Trigger.SOMETIMES, None, sometimes))

@@ -16,7 +16,7 @@ from typing import TypeVar
 import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import legal
 from fsmkit.language.copied_names import dotted
 from fsmkit.system.indices import INDEXED, canonical_name

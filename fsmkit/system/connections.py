@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.chart.statements import Raise, Send
 from fsmkit.diagnostics import Findings, Fix, Text
-from fsmkit.diagnostics.fixes import in_list, instead, removal
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import add_nested_items, remove_entry, replace_text
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import ArrayType, EnumType, Field, IntType, RecordType, SymbolType, Type
 from fsmkit.language.walk import nodes
@@ -60,7 +60,7 @@ class _Connector:
             self.findings.add(
                 "broken-connection", message, text,
                 help=f"write `{wanted}`" if wanted else EXAMPLE,
-                fixes=instead(text, wanted) if wanted else (),
+                fixes=replace_text(text, wanted) if wanted else (),
             )  # fmt: skip
             return
         source = self._end(text.part(0, len(left)))
@@ -88,7 +88,7 @@ class _Connector:
             self.findings.add(
                 "broken-connection",
                 "an end of a connection is `machine.name`",
-                text.stripped(),
+                text.strip(),
                 help=f"{EXAMPLE}; write one connection for each pair of ends",
             )
             return None
@@ -298,7 +298,7 @@ def _connection(
             "a connection is a text: write it without braces",
             item.span,
             help=f"write `- {text}`; options are `{{{text}: {{kind: queued}}}}`",
-            fixes=instead(item.span, text.value, sure=True),
+            fixes=replace_text(item.span, text.value, sure=True),
         )
         return None
     found = read_options(options, tick_of(machines), findings)
@@ -322,7 +322,7 @@ def report_duplicate(verb: str, text: Text, first: Text, findings: Findings) -> 
         text,
         secondary=[(first, "first here")],
         help="remove one of them",
-        fixes=removal(text),
+        fixes=remove_entry(text),
     )
 
 
@@ -417,7 +417,7 @@ def _fix_allowing(machine: Machine, names: Iterable[str], *, is_alone: bool) -> 
     if machine.span is None or machine.place is not None:
         return ()
     items = [name if is_alone else f"{machine.name}.{name}" for name in names]
-    edits = in_list(machine.span.source, "environment", "may", items)
+    edits = add_nested_items(machine.span.source, "environment", "may", items)
     return (Fix(f"Name {_format_names(items)} under `may`", edits),) if edits else ()
 
 

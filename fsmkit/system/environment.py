@@ -15,7 +15,7 @@ import fsmkit.language as lang
 from fsmkit.chart.analysis.partition import COMBINED, Partition, Place, Use, Values
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Fix, Text
-from fsmkit.diagnostics.fixes import in_list, removal
+from fsmkit.diagnostics.fixes import add_nested_items, remove_entry
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
 from fsmkit.document.lists import items_in
@@ -162,8 +162,8 @@ def _item(
 
 def _fix_moving(text: Text, key: str, item: str | None = None) -> tuple[Fix, ...]:
     """Return the fix that moves an item of the environment to the other key."""
-    added = in_list(text.span.source, "environment", key, [item or text.value.strip()])
-    taken = [edit for fix in removal(text) for edit in fix.edits]
+    added = add_nested_items(text.span.source, "environment", key, [item or text.value.strip()])
+    taken = [edit for fix in remove_entry(text) for edit in fix.edits]
     return (Fix(f"Move it under `{key}`", (*added, *taken)),) if added and taken else ()
 
 
@@ -202,7 +202,7 @@ def with_environment(system: System, environment: Environment, findings: Finding
                 f"an output sets `{machine.name}.{machine.chart.inputs[at[1]].name}` already",
                 text,
                 help="remove the connection, or this line",
-                fixes=removal(text),
+                fixes=remove_entry(text),
             )
     partition = partition_of(system)
     possible: list[Possible] = []
@@ -270,7 +270,7 @@ def _argument(
         findings.add(
             "broken-connection",
             "a field is given as `name in {a, b}`, `name in lo..hi` or `name = value`",
-            text.stripped(),
+            text.strip(),
             help="for instance `temp in 0..500`, `temp in {0, 500}`",
         )
         return
@@ -284,7 +284,7 @@ def _argument(
     texts = [text.part(*match.span(group)) for group in groups]
     if match is one_of:
         texts = items_in(texts[0])
-    values = [_value(chart, field, part.stripped(), findings) for part in texts]
+    values = [_value(chart, field, part.strip(), findings) for part in texts]
     found = [value for value in values if value is not None]
     if match is range_ and len(found) == 2:
         low, high = found

@@ -179,7 +179,7 @@ def _ticks(
     parts = [text]
     if dots and is_interval:
         parts = [text.part(0, len(low)), text.part(len(low) + 2, len(text.value))]
-    read = [read_duration(part.stripped(), Scope(tick=tick), findings) for part in parts]
+    read = [read_duration(part.strip(), Scope(tick=tick), findings) for part in parts]
     ticks = [one for one in read if one is not None]
     if len(ticks) < len(parts):
         return None

@@ -36,7 +36,7 @@ Bindings = Mapping[str, int]
 
 def integer(text: Text, findings: Findings, bindings: Bindings | None = None) -> int | None:
     """Return the value of a constant expression over indices; None after a finding."""
-    text = substitute_indices(text, bindings or {}).stripped()
+    text = substitute_indices(text, bindings or {}).strip()
     own = Findings()
     expression = type_expression(text, Scope(), own)
     folded = None if expression is None else fold(expression)
@@ -61,8 +61,8 @@ def index_range(low: Text, high: Text, findings: Findings) -> range | None:
     if first < 0 or last < first or last - first >= MOST_ELEMENTS:
         findings.add(
             "bad-index",
-            f"an index cannot run over `{low.stripped()}..{high.stripped()}`",
-            low.stripped(),
+            f"an index cannot run over `{low.strip()}..{high.strip()}`",
+            low.strip(),
             help=f"write `0..n`; at most {MOST_ELEMENTS} values",
         )
         return None
@@ -133,7 +133,7 @@ def text_at(value: str, at: Text) -> Text:
 
 def join_texts(parts: Sequence[Text], span: Span) -> Text:
     """Join texts; each character keeps its location."""
-    offsets = tuple(offset for part in parts for offset in part.starts())
+    offsets = tuple(offset for part in parts for offset in part.character_offsets())
     return Text("".join(part.value for part in parts), span, offsets)
 
 

@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.loading import named_file, read_bytes, read_documents
 from fsmkit.diagnostics import Findings, FsmkitError, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Document
 from fsmkit.document.keys import MACHINE
 from fsmkit.system.indices import DECLARED, MOST_ELEMENTS, index_range, substitute_indices

@@ -132,7 +132,7 @@ def own_properties(
         folder = Path(one.name.span.source.name).parent
         reading = Reading(machines, folder, findings, strict, own=number)
         name = f"{machine.name}.{one.name}" if prefix is None else f"{prefix}{one.name}"
-        key = one.name.instead(name)
+        key = one.name.with_value(name)
         found = tuple(reading.properties(Mapping(((key, _node(one)),), one.name.span)))
         monitors += reading.monitors
         for property_ in found:

@@ -12,7 +12,7 @@ from collections.abc import Mapping as Table
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Document
 from fsmkit.language import IntType, Literal, Scope, fold, type_expression
 from fsmkit.system.indices import join_texts, text_at

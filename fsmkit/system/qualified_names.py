@@ -43,7 +43,7 @@ def in_watch(text: Text, machine: Machine) -> Text:
 
 def in_environment(text: Text, machine: Machine) -> Text:
     """Return an item of an environment qualified by the machine."""
-    return in_watch(text.stripped(), machine)
+    return in_watch(text.strip(), machine)
 
 
 def _inserted(text: Text, word: str, places: list[int]) -> Text:

@@ -18,7 +18,7 @@ from fsmkit.chart.analysis.delays import delays_of
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text, fail
-from fsmkit.diagnostics.fixes import removal
+from fsmkit.diagnostics.fixes import remove_entry
 from fsmkit.document.keys import SCHEDULE
 from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
@@ -111,7 +111,7 @@ def _place(
             text,
             secondary=[(places[machine], "first here")],
             help="let it run once a period",
-            fixes=removal(text),
+            fixes=remove_entry(text),
         )
     elif machines[machine].environment:
         findings.add(
@@ -119,7 +119,7 @@ def _place(
             f"`{name}` belongs to the environment, which no loop runs",
             text,
             help="take it out of the order: it moves at any time",
-            fixes=removal(text),
+            fixes=remove_entry(text),
         )
     else:
         places[machine] = text

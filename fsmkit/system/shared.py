@@ -13,7 +13,7 @@ import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements, samples_inputs, written
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.fixes import removal
+from fsmkit.diagnostics.fixes import remove_entry
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.language.constants import start_value
 from fsmkit.language.statements.reading import read_typed
@@ -89,7 +89,7 @@ def _bind(
             f"no machine uses `{name}`",
             name,
             help=f"declare `{name}` under `data` of a chart, and use it there",
-            fixes=removal(name),
+            fixes=remove_entry(name),
         )
     return tuple(found)
 

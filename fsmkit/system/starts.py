@@ -15,7 +15,7 @@ import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Operation
 from fsmkit.chart.statements import Assign
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.language.constants import start_value
 from fsmkit.system.machine import Machine
 from fsmkit.system.system import System

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Fix
-from fsmkit.diagnostics.fixes import with_item
+from fsmkit.diagnostics.fixes import add_list_item
 from fsmkit.document.document import Direction
 from fsmkit.language import Field
 from fsmkit.system.machine import EventLink, Machine, operation_port
@@ -47,7 +47,7 @@ def connecting(
                 else _senders(other.chart, machine.chart, name, number, taken)
             ):
                 wire = f"{other.name}.{port} -> {machine.name}.{name}"
-                edits = with_item(machine.span.source, "connect", wire)
+                edits = add_list_item(machine.span.source, "connect", wire)
                 fixes.append(Fix(f"Connect `{wire}`", edits))
     return tuple(fixes[:MOST])
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, Text
-from fsmkit.diagnostics.separators import split_outside
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.split_text import split_outside
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Field, Literal, Scope, Type, Value, fold, type_expression
 from fsmkit.language.values import read_value, tokens
@@ -169,7 +169,7 @@ class _Reader:
         if returns is not None and not text.value.startswith(("post ", "set ")):
             return self._returns(text, text.part(*returns.span("call")), returns)
         word, _, rest = text.value.partition(" ")
-        after = text.part(len(text.value) - len(rest), len(text.value)).stripped()
+        after = text.part(len(text.value) - len(rest), len(text.value)).strip()
         match word:
             case "start" if not rest and not self._has_event("start"):
                 return Start(text)
@@ -234,7 +234,7 @@ class _Reader:
             raise wrong_line(_text_at(node), "it expects nothing", "write for instance `in: STATE`")
         fault = nodes.require_text(parts.get("fault"), "`fault`", self.findings)
         if fault is not None and fault.value == "none":
-            fault = fault.instead("")
+            fault = fault.with_value("")
         return Expect(
             node.span,
             tuple(map(self._state, self._texts(parts, "in"))),
@@ -369,7 +369,7 @@ def split(text: Text, separator: str) -> Iterator[Text]:
     """Yield what stands between separators that are in no quotes and no brackets, if anything."""
     for part in split_outside(text, separator):
         if part.value.strip():
-            yield part.stripped()
+            yield part.strip()
 
 
 def _text_at(node: nodes.Node) -> Text:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from fsmkit.chart.analysis.partition import COMBINED
 from fsmkit.diagnostics import Findings, Span, fail
-from fsmkit.diagnostics.suggest import nearest
+from fsmkit.diagnostics.suggestions import nearest_name
 from fsmkit.language.units import duration_text
 from fsmkit.system.any_file import NONE, load_any
 from fsmkit.system.properties.property import AtStates, Builtin
@@ -458,7 +458,7 @@ def _places(system: System, names: Sequence[str]) -> tuple[int, ...]:
     places = {machine.name: number for number, machine in enumerate(system.machines)}
     for name in names:
         if name not in places:
-            near = nearest(name, places)
+            near = nearest_name(name, places)
             known = ", ".join(places)
             raise fail(
                 "no-such-search",
@@ -600,7 +600,7 @@ def asking_only(system: System, properties: frozenset[str]) -> System:
 def _require_known(system: System, properties: frozenset[str]) -> None:
     known = {property_.name for property_ in system.properties}
     for name in sorted(properties - known):
-        near = nearest(name, known)
+        near = nearest_name(name, known)
         meant = "" if near is None else f"did you mean `{near}`? "
         raise fail(
             "no-such-property",

@@ -8,8 +8,8 @@ from collections.abc import Mapping as Table
 from typing import Any, TypeVar
 
 from fsmkit.diagnostics import Findings, Fix, Span, Text
-from fsmkit.diagnostics.fixes import instead
-from fsmkit.diagnostics.suggest import nearest
+from fsmkit.diagnostics.fixes import replace_text
+from fsmkit.diagnostics.suggestions import nearest_name
 from fsmkit.document.document import DocData
 from fsmkit.document.keys import BELONGS, Form, Key, Keys
 from fsmkit.language.statements.reading import read_statements, read_typed
@@ -102,7 +102,7 @@ class Fields:
     def entries(self, key: str) -> tuple[tuple[Text, nodes.Node], ...]:
         """Return the entries of the mapping under a key."""
         entries = nodes.entries_of(self.node(key), f"`{key}`", self._findings)
-        return tuple((name.stripped(), value) for name, value in entries)
+        return tuple((name.strip(), value) for name, value in entries)
 
     def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
         """Return the entries of the mapping under a key, all of which are texts."""
@@ -154,11 +154,11 @@ class Fields:
 
 def _choices(text: Text, choices: Table[str, object]) -> tuple[Fix, ...]:
     """Return a fix for each of a few words that may stand in place of one, the nearest first."""
-    near = nearest(text.value, choices)
+    near = nearest_name(text.value, choices)
     if near is None and set(choices) == {"true", "false"}:
         near = "true" if text.value.lower() in ("yes", "on", "1", "y") else "false"
     ordered = sorted(choices, key=lambda word: word != near)
-    return tuple(fix for word in ordered for fix in instead(text, word))
+    return tuple(fix for word in ordered for fix in replace_text(text, word))
 
 
 READ: Table[Form, Callable[[Fields, Key], object]] = {
@@ -185,7 +185,7 @@ def names(node: nodes.Node | None, what: str, findings: Findings) -> tuple[Text,
             return ()
         case nodes.Sequence(items):
             texts = (nodes.require_text(item, what, findings) for item in items)
-            return tuple(text.stripped() for text in texts if text is not None)
+            return tuple(text.strip() for text in texts if text is not None)
         case nodes.Scalar(text):
             return words(text)
         case _:

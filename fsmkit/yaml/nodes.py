@@ -16,9 +16,9 @@ from typing import Any, TypeVar
 import yaml
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
-from fsmkit.diagnostics.fixes import instead, removal
-from fsmkit.diagnostics.frozen import quick
-from fsmkit.diagnostics.suggest import suggest_key
+from fsmkit.diagnostics.fast_init import fast_init
+from fsmkit.diagnostics.fixes import remove_entry, replace_text
+from fsmkit.diagnostics.suggestions import suggest_key
 from fsmkit.yaml.broken import UNSPACED, tell_broken
 from fsmkit.yaml.layout import quoted
 from fsmkit.yaml.places import offsets_of
@@ -62,7 +62,7 @@ EXAMPLES = {
 APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Scalar:
     """A text. ``quoted``: it stood in quotes or as a block."""
@@ -76,7 +76,7 @@ class Scalar:
         return self.text.span
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Sequence:
     """A list."""
@@ -85,7 +85,7 @@ class Sequence:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Mapping:
     """Keys and values, in the order written; keys are unique."""
@@ -262,7 +262,7 @@ class _Composer:
                     "duplicate-key", f"`{key.text}` is given twice", key.span,
                     secondary=[(found[key.text.value][0], "first here")],
                     help="remove one of them, or make a list of both values",
-                    fixes=removal(key.text),
+                    fixes=remove_entry(key.text),
                 )  # fmt: skip
             else:
                 found[key.text.value] = (key.text, value)
@@ -301,7 +301,7 @@ class _Composer:
             "YAML split this text at a comma",
             span,
             help=f"quote it: {quoted(whole)}",
-            fixes=instead(span, quoted(whole), sure=True),
+            fixes=replace_text(span, quoted(whole), sure=True),
         )
         return Scalar(Text(whole, span))
 
@@ -369,13 +369,13 @@ def require_text(node: Node | None, what: str, findings: Findings) -> Text | Non
     White space around it is quoted or indented, and has no meaning.
     """
     if node is None or isinstance(node, Scalar):
-        return None if node is None else node.text.stripped()
+        return None if node is None else node.text.strip()
     written = node.span.source.text[node.span.start : node.span.end].split("\n")[0].strip()
     if isinstance(node, Mapping) and not written.startswith("{"):
         findings.add(
             "lost-text", f"{what} must be a text; YAML split it at `: `", node.span,
             help=f"quote it: {quoted(written)}",
-            fixes=instead(_line_of(node.span), quoted(written), sure=True),
+            fixes=replace_text(_line_of(node.span), quoted(written), sure=True),
         )  # fmt: skip
     else:
         kind = "keys with values" if isinstance(node, Mapping) else "a list"

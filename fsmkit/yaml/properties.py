@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest_key
+from fsmkit.diagnostics.suggestions import suggest_key
 from fsmkit.document import keys
 from fsmkit.document.document import DocEnvironment, DocProperty
 from fsmkit.yaml import nodes
@@ -22,7 +22,7 @@ def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]
     """Yield what shall hold, as far as it can be read."""
     for name, node in fields.entries("properties"):
         if isinstance(node, nodes.Scalar):
-            kind = node.text.stripped()
+            kind = node.text.strip()
             if kind.value in keys.PROPERTY:
                 yield DocProperty(name, kind)
             else:

@@ -110,7 +110,7 @@ def _types(fields: Fields, findings: Findings) -> Iterator[doc.DocType]:
         elif isinstance(node, nodes.Mapping) and node.entries:
             yield doc.DocType(name, fields=tuple(_record(node, findings)))
         elif isinstance(node, nodes.Scalar) and node.text.value.strip():
-            yield doc.DocType(name, same=node.text.stripped())
+            yield doc.DocType(name, same=node.text.strip())
         else:
             findings.add(
                 "unexpected-shape",
@@ -124,7 +124,7 @@ def _record(mapping: nodes.Mapping, findings: Findings) -> Iterator[DocField]:
     for key, node in mapping.entries:
         text = nodes.require_text(node, f"the type of `{key}`", findings)
         if text is not None:
-            yield DocField(key.stripped(), text)
+            yield DocField(key.strip(), text)
 
 
 def _functions(fields: Fields, findings: Findings) -> Iterator[doc.DocFunction]:

@@ -42,7 +42,7 @@ class StateReader:
         mapping = require_mapping(node, f"state `{name}`", self.findings)
         each = None
         if (array := ARRAY.fullmatch(name.value)) is not None:
-            each = name.part(*array.span(2)).stripped()
+            each = name.part(*array.span(2)).strip()
             name = name.part(*array.span(1))
         if not name.value:
             self.findings.add(

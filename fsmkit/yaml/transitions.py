@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.yaml.fields import Fields, names, words
@@ -25,7 +25,7 @@ MISTAKEN = {"event", "events", "delay", "time", "trigger", "if", "do"}
 """Keys that show, beside ``target``, that one transition stands where several are named."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Label:
     """What makes a transition be looked at, and where that is written."""

@@ -81,7 +81,7 @@ AT_MOST = {
     "fsmkit/chart": 336,
     "fsmkit/cli": 90,
     "fsmkit/codegen": 591,
-    "fsmkit/diagnostics": 146,
+    "fsmkit/diagnostics": 0,
     "fsmkit/document": 49,
     "fsmkit/editor": 140,
     "fsmkit/emit": 18,

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from fsmkit.cli.common.writing import write_files
-from fsmkit.diagnostics.interrupts import held_interrupts
+from fsmkit.diagnostics.interrupts import hold_interrupts
 from fsmkit.verify.resources import children
 
 MOMENTS = [float(x) for x in os.environ.get("FSMKIT_INTERRUPTS", "0.5").split(",")]
@@ -208,7 +208,7 @@ def test_held_interrupts_come_at_the_end_of_the_block(number: signal.Signals) ->
     received: list[int] = []
     before = signal.signal(number, lambda got, _: received.append(got))
     try:
-        with held_interrupts():
+        with hold_interrupts():
             signal.raise_signal(number)
             signal.raise_signal(number)
             assert received == []

@@ -95,7 +95,7 @@ UNKNOWN = [
     ("check gate.yaml --timeout long", "`long`"),
     ("check gate.yaml --draw x.gif", "`.gif`"),
     ("check gate.yaml --save-test x.rs", "`.rs`"),
-    ("check gate.yaml --error unred-data", "there is no rule `unred-data`; did you mean"),
+    ("check gate.yaml --error unred-data", "rule `unred-data` does not exist; did you mean"),
     ("check gate.yaml --allow broken-yaml", "`broken-yaml` is an error, which stays one"),
     ("conformance . --target uml", "there is no target `uml`: all, "),
     ("paths hots", "did you mean `hosts`?"),

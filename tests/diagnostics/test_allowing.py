@@ -9,7 +9,7 @@ import pytest
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.diagnostics.allowing import allows
+from fsmkit.diagnostics.allow_comments import allow_comments
 
 CHART = """\
 chart: A
@@ -84,24 +84,24 @@ def test_a_comment_hides_the_findings_of_its_lines(name: str, tmp_path: Path) ->
 
 def test_an_entry_goes_on_to_the_next_one_of_its_column() -> None:
     lines = "# fsmkit: allow a\nx:\n- one\n\n- two: [\n  three\n]\ny: 1\n"
-    (found,) = allows(Source("a.yaml", lines))
+    (found,) = allow_comments(Source("a.yaml", lines))
     assert found.lines == (2, 7)
     items = "x:\n  # fsmkit: allow a\n  - one: 1\n    two: 2\n  - three\n"
-    (found,) = allows(Source("a.yaml", items))
+    (found,) = allow_comments(Source("a.yaml", items))
     assert found.lines == (3, 4)
-    (found,) = allows(Source("a.yaml", "x: 1\n# fsmkit: allow a\n"))
+    (found,) = allow_comments(Source("a.yaml", "x: 1\n# fsmkit: allow a\n"))
     assert found.lines == (0, -1)
-    (found,) = allows(Source("a.scxml", "<a>\n<!-- fsmkit: allow a -->\n</a>"))
+    (found,) = allow_comments(Source("a.scxml", "<a>\n<!-- fsmkit: allow a -->\n</a>"))
     assert found.lines == (0, -1)
 
 
 # comment above `data:`: what is told of it
 UNUSED = {
     "# fsmkit: allow unread-data": None,
-    "# fsmkit: allow never-taken": "this hides no finding of `never-taken`",
+    "# fsmkit: allow never-taken": "this comment suppresses no finding of `never-taken`",
     "# fsmkit: allow unread-dat": "did you mean `unread-data`?",
-    "# fsmkit: allow unknown-name": "`unknown-name` is an error, which no comment allows",
-    "# fsmkit: allow-file unused-event": "`allow-file` stands before the first key",
+    "# fsmkit: allow unknown-name": "`unknown-name` is an error, and comments allow only",
+    "# fsmkit: allow-file unused-event": "this comment covers nothing",
 }
 
 
@@ -124,7 +124,7 @@ def test_a_reading_does_not_judge_rules_of_an_exploration(
     path.write_text(CHART.replace("data:", "# fsmkit: allow never-taken, unused-event\ndata:"))
     assert execute(["compile", str(path), "--out", str(tmp_path / "out")]) == 0
     told = capsys.readouterr().err
-    assert "this hides no finding of `unused-event`" in told
+    assert "this comment suppresses no finding of `unused-event`" in told
     assert "no finding of `never-taken`" not in told
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Severity
-from fsmkit.diagnostics.fixes import applied
+from fsmkit.diagnostics.fixes import apply_edits
 from fsmkit.system.any_file import read_with_boards
 
 Y = "chart: A\ninitial: a\n"
@@ -145,7 +145,7 @@ def test_each_fix_removes_its_finding_and_brings_no_error(name: str, tmp_path: P
     assert found.fixes, "no fix"
     errors = sum(f.severity is Severity.ERROR for f in before)
     for fix in found.fixes:
-        path.write_text(applied(text, fix.edits), encoding="utf-8")
+        path.write_text(apply_edits(text, fix.edits), encoding="utf-8")
         after = read(path)
         left = [f for f in carried(after, rule) if f.message == found.message]
         known = [f for f in carried(before, rule) if f.message == found.message]

@@ -7,10 +7,10 @@ from dataclasses import FrozenInstanceError, dataclass, field, replace
 
 import pytest
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Pair:
     """Two values, the second of which is checked."""
@@ -24,7 +24,7 @@ class Pair:
             raise ValueError(self.first)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Derived(Pair):
     """One with the same fields."""
@@ -61,5 +61,5 @@ def test_fields_that_are_not_plain_are_refused() -> None:
         value: int
 
     for kind in (Listed, Named):
-        with pytest.raises(TypeError, match="not plain"):
-            quick(kind)
+        with pytest.raises(TypeError, match="keyword-only"):
+            fast_init(kind)

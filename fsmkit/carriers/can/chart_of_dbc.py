@@ -14,7 +14,7 @@ import yaml
 
 from fsmkit.carriers.can.dbc import RESERVED, Dbc, Message, Signal, word
 from fsmkit.diagnostics import fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import Namer, plain
 from fsmkit.language import BoolType, EnumType, FloatType
 

@@ -37,7 +37,7 @@ from fsmkit.carriers.ros.services import (
 )
 from fsmkit.carriers.ros.topics import QOS, RosNode, RosPart, RosTopic, RosWire, is_topic
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import Identifier, plain
 from fsmkit.language import Field, Type
 from fsmkit.system.deployment.addresses import read_insecure

@@ -24,9 +24,9 @@ from fsmkit.carriers.wires.formulas import CALLED, FormulaReader
 from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Severity, Span, Text
-from fsmkit.diagnostics.fixes import removal
-from fsmkit.diagnostics.separators import split_outside
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import remove_entry
+from fsmkit.diagnostics.split_text import split_outside
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language import BOOL, Type
 from fsmkit.system.deployment.deployment import Deployment
@@ -270,7 +270,7 @@ class BindingReader:
         number = None if text is None else self.reader.signal(text)
         if text is None or number is None:
             return
-        written = key.part(0, len(key.value)).instead(
+        written = key.part(0, len(key.value)).with_value(
             f"{self.deployment.system.machines[machine].name}.{name}"
         )
         signal = self.signals[number]
@@ -362,7 +362,7 @@ class BindingReader:
                         help="write `name = value`",
                     )  # fmt: skip
                     return None
-                given[name[1]] = part.part(name.end(), len(part.value)).stripped()
+                given[name[1]] = part.part(name.end(), len(part.value)).strip()
         names = [field_.name for field_ in declared.fields]
         missing = [str(name) for name in names if name not in given]
         unknown = [name for name in given if name not in names]
@@ -481,7 +481,7 @@ class BindingReader:
             )
             return None
         signal = self.signals[number]
-        written = text.instead(str(fields[0].name))
+        written = text.with_value(str(fields[0].name))
         formula = self.reader.formula(written, signal.type, f"`{signal.name}` is", signal.span)
         if formula is None or not self.drives(number, machine, text.span):
             return None
@@ -531,5 +531,5 @@ class BindingReader:
                 f"nothing {what} `{signal.name}`",
                 signal.span,
                 help="bind it, or remove it",
-                fixes=() if signal.span is None else removal(signal.span),
+                fixes=() if signal.span is None else remove_entry(signal.span),
             )

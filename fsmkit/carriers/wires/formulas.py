@@ -27,7 +27,7 @@ from fsmkit.carriers.wires.board import (
 from fsmkit.carriers.wires.signals import GREATEST, LEAST, MOST_READINGS
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import Namer
 from fsmkit.language import (
     BOOL,

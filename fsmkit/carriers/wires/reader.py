@@ -15,7 +15,7 @@ from fsmkit.carriers.wires.formulas import FormulaReader
 from fsmkit.carriers.wires.signals import read_signals
 from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.system.deployment.deployment import Deployment, deployment_of

@@ -205,7 +205,7 @@ class _Options:
         if node is None:
             return None
         if not isinstance(node, Mapping):
-            node = Mapping(((self.name.instead("at"), node),), node.span)
+            node = Mapping(((self.name.with_value("at"), node),), node.span)
         check_keys(node, wire_keys.REGISTER, "a register", self.findings)
         parts = _Options(
             self.name, {k.value: v for k, v in node.entries}, self.period, self.findings

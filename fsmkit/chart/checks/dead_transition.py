@@ -8,7 +8,7 @@ from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.analysis.exclusion import implies
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import with_key
+from fsmkit.diagnostics.fixes import add_key
 from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.language import Literal
@@ -72,5 +72,5 @@ def _report(transition: Transition, hiding: Transition, findings: Findings) -> N
         help="mark it `first: true`, or override the inherited one"
         if is_inherited
         else "narrow the guard of the earlier one, or swap the two",
-        fixes=with_key(transition.span, "first", "true", keys.LABELLED) if is_inherited else (),
+        fixes=add_key(transition.span, "first", "true", keys.LABELLED) if is_inherited else (),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import with_key
+from fsmkit.diagnostics.fixes import add_key
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Trigger
 
@@ -36,7 +36,7 @@ def check(chart: Chart, findings: Findings) -> None:
             secondary=[(chart.states[parallel].span, "these regions")],
             help="raise an event that the other region takes, name a target in each region, or "
             "say that it is meant: `ordered: true`",
-            fixes=with_key(transition.span, "ordered", "true", keys.LABELLED),
+            fixes=add_key(transition.span, "ordered", "true", keys.LABELLED),
         )
 
 

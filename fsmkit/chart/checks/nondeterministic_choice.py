@@ -8,7 +8,7 @@ from fsmkit.chart.analysis.exclusion import are_exclusive, implies
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.checks.dead_transition import MOST_COMPARED
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import with_key
+from fsmkit.diagnostics.fixes import add_key
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Trigger
 
@@ -32,7 +32,7 @@ def check(chart: Chart, findings: Findings) -> None:
                     secondary=[(earlier.span, "the earlier one")],
                     help="make the guards exclude each other, or mark the order as meant: "
                     "`ordered: true`",
-                    fixes=with_key(later.span, "ordered", "true", keys.LABELLED),
+                    fixes=add_key(later.span, "ordered", "true", keys.LABELLED),
                 )
 
 

@@ -6,7 +6,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Cancel, Fail, Send
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 
 
 def check(chart: Chart, findings: Findings) -> None:

@@ -15,7 +15,7 @@ from fsmkit.chart.content import (
 )
 from fsmkit.chart.statements import ForEach
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import removal
+from fsmkit.diagnostics.fixes import remove_entry
 from fsmkit.document.document import Origin
 from fsmkit.language import Variable
 from fsmkit.language.walk import root
@@ -50,7 +50,7 @@ def check(chart: Chart, findings: Findings) -> None:
             f"`{data.name}` is never read",
             data.span,
             help="remove it, or make it an output if the host reads it",
-            fixes=removal(data.span, whole=True) if data.name not in assigned else (),
+            fixes=remove_entry(data.span, whole=True) if data.name not in assigned else (),
         )
 
 

@@ -6,7 +6,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Raise, Send
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import removal
+from fsmkit.diagnostics.fixes import remove_entry
 from fsmkit.document.document import Direction, Origin
 
 
@@ -37,7 +37,7 @@ def check(chart: Chart, findings: Findings) -> None:
                 f"`{declared.name}` is declared `out` and never sent",
                 declared.span,
                 help=f"write `send {declared.name}` where it happens, or remove it",
-                fixes=removal(declared.span, whole=True),
+                fixes=remove_entry(declared.span, whole=True),
             )
         if declared.directions - {Direction.OUT} and declared.index not in heard:
             findings.add(
@@ -45,5 +45,5 @@ def check(chart: Chart, findings: Findings) -> None:
                 f"no transition is taken on `{declared.name}`",
                 declared.span,
                 help="add a transition on it, or remove it",
-                fixes=removal(declared.span, whole=True),
+                fixes=remove_entry(declared.span, whole=True),
             )

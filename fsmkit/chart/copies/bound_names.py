@@ -19,7 +19,7 @@ from fsmkit.chart.copies.declarations import (
 )
 from fsmkit.chart.copies.mapping import Mapper, mapped_type
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language.conversion import can_convert, convert, fits
 from fsmkit.language.statements.tree import DocArgument

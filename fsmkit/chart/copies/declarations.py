@@ -160,7 +160,7 @@ def unknown_binding(
     copy: Copy, what: str, one: DocArgument, known: list[str], findings: Findings
 ) -> None:
     """Report a name under a using state that the used chart does not have."""
-    from fsmkit.diagnostics.suggest import suggest
+    from fsmkit.diagnostics.suggestions import suggest
 
     chart = copy.used.chart.name
     findings.add(

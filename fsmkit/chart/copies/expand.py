@@ -10,7 +10,7 @@ from typing import Protocol
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.copies.copy import Copy, Used
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocExit, DocState, DocTransition, Document, DocUse, Kind
 from fsmkit.document.walk import states
 from fsmkit.language import IntType, Literal, Scope

@@ -168,7 +168,7 @@ class _Array:
         return replace(whole, init=self._text(f"[{', '.join(texts)}]"))
 
     def _text(self, value: str) -> Text:
-        return self.data.name.instead(value)
+        return self.data.name.with_value(value)
 
     def _variable(self, name: str, value: str) -> DocData:
         type_ = f"0..{self.capacity}"
@@ -190,7 +190,9 @@ class _Array:
             case stmt.Assign() if self.is_open and (done := self._whole(part)) is not None:
                 return done
             case stmt.DocArgument(name, value) if self.is_open and value.value.strip() == self.name:
-                length = stmt.DocArgument(name.instead(f"{name}_length"), self._text(self.length))
+                length = stmt.DocArgument(
+                    name.with_value(f"{name}_length"), self._text(self.length)
+                )
                 return (part, length)
             case stmt.Assign() | stmt.CallOperation():
                 return self._growth(part)
@@ -224,7 +226,7 @@ class _Array:
                     name=field,
                 ),
             ):
-                count = statement.value.instead(f"_event.data.{field}_length")
+                count = statement.value.with_value(f"_event.data.{field}_length")
                 return (statement, stmt.Assign(length, count, statement.span))
             case syntax.MemberNode(
                 base=syntax.NameNode(name=self.name), name="length"

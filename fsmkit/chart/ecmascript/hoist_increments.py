@@ -33,11 +33,11 @@ class _Step:
         """Return the text with something else in this place."""
         whole = self.text.value
         changed = f"{whole[: self.start]}{value}{whole[self.end :]}"
-        return self.text.instead(changed)
+        return self.text.with_value(changed)
 
     def statement(self, span: Span) -> stmt.Assign[Text, Text]:
         """Return the step as a statement."""
-        name, one = (self.text.instead(v) for v in (self.name, "1"))
+        name, one = (self.text.with_value(v) for v in (self.name, "1"))
         return stmt.Assign(name, one, span, self.operator)
 
 

@@ -63,7 +63,7 @@ class _Inliner:
                 if node is None or not any(name in part.value for name in self.functions):
                     return part
                 value = spelt(node, part.value, lambda node: self._call(node, part))
-                return part if value == part.value else part.instead(value)
+                return part if value == part.value else part.with_value(value)
             case _:
                 return None
 
@@ -116,8 +116,11 @@ class _Inliner:
         own += [s.place.value.strip() for s in stmt.statements(block) if isinstance(s, stmt.Local)]
         renamed = {name: self._fresh(f"{function.name.value}_{name}") for name in own}
         given = tuple(
-            stmt.Local(p.name.instead(renamed[p.name.value]), statement.call.part(a.start, a.end),
-                  statement.span)
+            stmt.Local(
+                p.name.with_value(renamed[p.name.value]),
+                statement.call.part(a.start, a.end),
+                statement.span,
+            )
             for p, a in zip(function.parameters, arguments, strict=True)
         )  # fmt: skip
         return (*given, *_renamed(block, renamed))
@@ -186,7 +189,7 @@ def _is_closed(block: stmt.Block) -> bool:
 def _renamed(block: stmt.Block, names: Mapping[str, str]) -> tuple[stmt.WrittenStatement, ...]:
     def renamed(text: Text) -> Text:
         value = _replaced(text, names)
-        return text if value is None or value == text.value else text.instead(value)
+        return text if value is None or value == text.value else text.with_value(value)
 
     def change(part: object) -> object:
         match part:

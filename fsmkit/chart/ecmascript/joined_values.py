@@ -48,7 +48,7 @@ def decide_joins(survey: Survey, given: InvocationContext | None) -> Survey:
         if node is None:
             return part
         value = spelt(node, part.value, lambda each: _decided(each, sets, grows=id(part) in grows))
-        return part if value == part.value else part.instead(value)
+        return part if value == part.value else part.with_value(value)
 
     found: Document = mapped(document, change)
     return survey.of(found)

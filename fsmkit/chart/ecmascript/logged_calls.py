@@ -55,7 +55,7 @@ def _log(statement: CallOperation[Text], taken: set[str]) -> Log[Text | None, Te
     logged = [piece for argument in arguments for piece in _pieces(argument)]
     label = None
     if logged and isinstance(logged[0], StringNode):
-        label = statement.call.instead(logged[0].value)
+        label = statement.call.with_value(logged[0].value)
         del logged[0]
     values = tuple(statement.call.part(piece.start, piece.end) for piece in logged)
     return Log(label, values, statement.span)

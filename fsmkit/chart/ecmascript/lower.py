@@ -109,9 +109,9 @@ class _Lowering:
             has_value = flagged in given or not (init is None or init.value.strip() in NOTHING)
             data.append(
                 DocData(
-                    at.instead(flag_of(flagged)),
-                    at.instead("bool"),
-                    at.instead("true" if has_value else "false"),
+                    at.with_value(flag_of(flagged)),
+                    at.with_value("bool"),
+                    at.with_value("true" if has_value else "false"),
                 )
             )
         return replace(
@@ -119,7 +119,7 @@ class _Lowering:
             data=tuple(data),
             root=self._state(document.root),
             script=self._block(document.script),
-            posted=tuple(at.instead(name) for name, at in sorted(self.joined.derived.items())),
+            posted=tuple(at.with_value(name) for name, at in sorted(self.joined.derived.items())),
         )
 
     def _spelt(self, data: DocData) -> DocData:
@@ -219,7 +219,7 @@ class _Lowering:
 
     def _flag(self, location: Text, span: Span, value: str) -> stmt.Assign[Text, Text]:
         flag = flag_of(location.value.strip())
-        return stmt.Assign(location.instead(flag), location.instead(value), span)
+        return stmt.Assign(location.with_value(flag), location.with_value(value), span)
 
     def _invoke(self, invoke: DocInvoke) -> DocInvoke:
         finalize = None if invoke.finalize is None else self._block(invoke.finalize)
@@ -234,7 +234,7 @@ class _Lowering:
         """Return each string that an expression can be, behind the condition that it is."""
         if expression is None:
             return ()
-        text = expression.instead
+        text = expression.with_value
         return tuple(
             (None if choice.condition is None else text(choice.condition), text(choice.value))
             for choice in self.strings.choices(expression)
@@ -275,7 +275,7 @@ class _Lowering:
             reason = f"`{expression}` joins more than {MOST_NAMES} names of events"
             return (stmt.Fail(reason, expression.span),)
 
-        text = expression.instead
+        text = expression.with_value
         branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         if self.joined.may_lack_event(expression):
             failure = stmt.Fail(f"no event is at hand for `{expression}`", expression.span)
@@ -302,7 +302,7 @@ class _Lowering:
             return send
         if send.event.value in self._declared() or send.event.value.startswith("done."):
             return send
-        name = send.id.instead(SEND_ID)
+        name = send.id.with_value(SEND_ID)
         sent = stmt.DocArgument(name, string(send.id.value, send.id))
         return replace(send, arguments=(*send.arguments, sent))
 
@@ -317,12 +317,12 @@ class _Lowering:
         choices = self.strings.choices(expression, statement)
         branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         for choice in choices:
-            body = then(expression.instead(choice.value))
+            body = then(expression.with_value(choice.value))
             if choice.condition is None and not branches:
                 return body
             condition = None
             if choice.condition is not None:
-                condition = expression.instead(choice.condition)
+                condition = expression.with_value(choice.condition)
             branches.append(stmt.Branch(condition, body))
         if branches and branches[-1].condition is not None:
             failure = stmt.Fail(f"`{expression}` has no value", span)
@@ -367,8 +367,10 @@ def _payload(content: Text) -> tuple[stmt.DocArgument, ...]:
     """Return a payload that is one value, or the members of an object."""
     inside = members(content)
     if inside is None:
-        return (stmt.DocArgument(content.instead(WHOLE_PAYLOAD), content),)
-    return tuple(stmt.DocArgument(content.instead(name), value) for name, value in inside.items())
+        return (stmt.DocArgument(content.with_value(WHOLE_PAYLOAD), content),)
+    return tuple(
+        stmt.DocArgument(content.with_value(name), value) for name, value in inside.items()
+    )
 
 
 def with_fields_of_their_own(send: stmt.DocSend) -> stmt.DocSend:
@@ -393,7 +395,7 @@ def apart(arguments: tuple[stmt.DocArgument, ...]) -> tuple[stmt.DocArgument, ..
         if left[name]:
             own = next(n for i in count(1) if (n := f"{name}_{i}") not in taken)
             taken.add(own)
-            found.append(replace(argument, name=argument.name.instead(own)))
+            found.append(replace(argument, name=argument.name.with_value(own)))
         else:
             found.append(argument)
     return tuple(found)

@@ -34,7 +34,7 @@ def respelt(text: Text, name: str, change: Change) -> Text:
             raise Unsuited
         return text
     value = spelt(node, text.value, change)
-    return text if value == text.value else text.instead(value)
+    return text if value == text.value else text.with_value(value)
 
 
 def spelt(node: Node, text: str, change: Change) -> str:

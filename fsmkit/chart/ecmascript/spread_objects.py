@@ -184,14 +184,14 @@ class _Object:
         if known is None:
             raise Unsuited
         return tuple(
-            replace(data, name=data.name.instead(name), init=known.get(member))
+            replace(data, name=data.name.with_value(name), init=known.get(member))
             for member, name in self.members.items()
         )
 
     def _assigned(self, statement: stmt.Assign[Text, Text]) -> tuple[stmt.WrittenStatement, ...]:
         if statement.value.value.strip() == PAYLOAD:
             return tuple(
-                self._set(statement, member, statement.value.instead(f"{PAYLOAD}.{member}"))
+                self._set(statement, member, statement.value.with_value(f"{PAYLOAD}.{member}"))
                 for member in self.members
             )
         known = _members(statement.value)
@@ -204,7 +204,9 @@ class _Object:
     def _set(
         self, statement: stmt.Assign[Text, Text], member: str, value: Text
     ) -> stmt.Assign[Text, Text]:
-        return stmt.Assign(statement.location.instead(self.members[member]), value, statement.span)
+        return stmt.Assign(
+            statement.location.with_value(self.members[member]), value, statement.span
+        )
 
     def _sent(self, send: stmt.DocSend) -> stmt.DocSend:
         """Return a send of the object as content: its members are what is sent (SCXML B.2.8.1)."""
@@ -212,7 +214,7 @@ class _Object:
         if at is None or send.arguments or send.name_list:
             raise Unsuited
         pairs = self.members.items()
-        sent = tuple(stmt.DocArgument(at.instead(m), at.instead(name)) for m, name in pairs)
+        sent = tuple(stmt.DocArgument(at.with_value(m), at.with_value(name)) for m, name in pairs)
         return replace(send, content_expr=None, arguments=sent)
 
     def _spelt(self, node: syntax.Node) -> str | None:

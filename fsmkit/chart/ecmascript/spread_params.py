@@ -85,8 +85,8 @@ def _spread(document: Document, name: str, members: Collection[str]) -> Document
                 return tuple(
                     replace(
                         part,
-                        name=at.instead(f"{name}_{member}"),
-                        value=value.instead(f"{value.value.strip()}.{member}"),
+                        name=at.with_value(f"{name}_{member}"),
+                        value=value.with_value(f"{value.value.strip()}.{member}"),
                     )
                     for member in members
                 )

@@ -123,7 +123,7 @@ def _changed(
             return part
         sets = held(part)
         value = spelt(node, part.value, lambda node: _decided(node, sets, may_join=may_join))
-        return part if value == part.value else part.instead(value)
+        return part if value == part.value else part.with_value(value)
 
     found: Document = mapped(document, change)
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Origin, Trigger
 from fsmkit.document.walk import mapped, parts

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import removal
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import remove_entry
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocEnvironment, DocProperty, Document, Origin
 
 ENVIRONMENT = "environment"
@@ -74,5 +74,5 @@ def check_overrides(derived: Document, base: Document | None, findings: Findings
             help="write what shall count instead, or remove the mark"
             if inherited
             else suggest(name.value, known, "remove the mark"),
-            fixes=removal(name),
+            fixes=remove_entry(name),
         )

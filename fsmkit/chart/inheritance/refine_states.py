@@ -11,8 +11,8 @@ from fsmkit.chart.inheritance.override_transitions import (
 )
 from fsmkit.chart.inheritance.refine_uses import refine_use
 from fsmkit.diagnostics import Findings, Fix, Span, Text
-from fsmkit.diagnostics.fixes import removal, with_key
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import add_key, remove_entry
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import HISTORIES, DocState, DocTransition, Document, Kind, Origin
 from fsmkit.document.walk import states
@@ -165,7 +165,7 @@ class _Refiner:
                     f"`{state.id}` is a new state: it inherits no transition",
                     transition.override,
                     help="remove `override`",
-                    fixes=removal(transition.override),
+                    fixes=remove_entry(transition.override),
                 )
         return (replace(state, children=tuple(c for s in state.children for c in self._new(s))),)
 
@@ -239,4 +239,4 @@ class _Refiner:
 
 def _marked(entry: DocState, what: str) -> tuple[Fix, ...]:
     """Return the fix that marks what a refined state replaces."""
-    return () if entry.overrides else with_key(entry.span, "override", f"[{what}]")
+    return () if entry.overrides else add_key(entry.span, "override", f"[{what}]")

@@ -18,7 +18,7 @@ from fsmkit.chart.inheritance.properties import (
 )
 from fsmkit.chart.inheritance.refine_states import refine_states
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.fixes import removal, with_key_of_chart
+from fsmkit.diagnostics.fixes import remove_entry, set_chart_key
 from fsmkit.document import document as doc
 from fsmkit.document import keys
 from fsmkit.document.walk import states
@@ -101,7 +101,7 @@ def _alone(document: doc.Document, findings: Findings) -> doc.Document:
                     f"a transition is overridden, but chart `{document.name}` extends no other",
                     transition.override,
                     help="remove `override`",
-                    fixes=removal(transition.override),
+                    fixes=remove_entry(transition.override),
                 )
     return document
 
@@ -116,7 +116,7 @@ def _check_datamodel(base: doc.Document, derived: doc.Document, findings: Findin
             derived.extends or derived.name,
             secondary=[(base.name, "the base")],
             help=f'write `datamodel="{base.datamodel}"` in the derived chart too',
-            fixes=with_key_of_chart(derived.source, "datamodel", base.datamodel),
+            fixes=set_chart_key(derived.source, "datamodel", base.datamodel),
         )
 
 
@@ -197,7 +197,7 @@ class _Declarations:
             name,
             secondary=[(base, "the base declares it")],
             help="remove the declaration, or choose another name",
-            fixes=removal(name, whole=True),
+            fixes=remove_entry(name, whole=True),
         )
 
 

@@ -46,4 +46,4 @@ def _declared(survey: Survey) -> Iterator[DocData]:
             name = part.place.value.strip()
             if name.isidentifier() and name not in taken:
                 taken.add(name)
-                yield DocData(part.place.instead(name), None, None)
+                yield DocData(part.place.with_value(name), None, None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.diagnostics import Findings, Severity
-from fsmkit.diagnostics.fixes import removal
+from fsmkit.diagnostics.fixes import remove_entry
 from fsmkit.document.document import HISTORIES, Kind, Trigger
 
 LEAVES = {
@@ -111,7 +111,7 @@ def _check_choice(node: Node, findings: Findings) -> None:
             f"the last alternative of choice `{node.id}` has a guard: the machine could stay in it",
             last.guard,
             help="remove that guard, or add an alternative without one",
-            fixes=removal(last.guard),
+            fixes=remove_entry(last.guard),
         )
     for transition in guarded:
         if transition is not None and transition.guard is None:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document.document import HISTORIES, DocInvoke, DocState, DocTransition, Document, Kind
 from fsmkit.language import Literal
 from fsmkit.language.statements.tree import Block
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Node:
     """A numbered state. ``children`` holds histories too; ``kind`` is as in the Chart."""
@@ -153,7 +153,7 @@ def _ids(document: Document, findings: Findings) -> dict[str, Span]:
     return found
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Place:
     """A handler and whose it is: a transition's content, a finalize, or entry, exit, script."""

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from fsmkit.chart.chart import Capacities
 from fsmkit.chart.limits import CAPACITIES
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.fixes import instead
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import replace_text
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocCapacity, Document
 from fsmkit.document.walk import states, structure
 from fsmkit.language import Scope, read_duration
@@ -76,7 +76,7 @@ def _count(capacity: DocCapacity, findings: Findings) -> int | None:
             f"the capacity `{name}` is a whole number from {low} to {high}, not `{text}`",
             capacity.value,
             help=f"write such a number, for instance `{name}: {max(low, 8)}`",
-            fixes=instead(capacity.value, str(max(low, 8))),
+            fixes=replace_text(capacity.value, str(max(low, 8))),
         )
         return None
     return int(text)
@@ -90,7 +90,7 @@ def _tick(capacity: DocCapacity, findings: Findings) -> int | None:
             f"a tick lasts from 1us to 1h, not `{capacity.value}`",
             capacity.value,
             help="write for instance `tick: 1ms`",
-            fixes=instead(capacity.value, "1ms"),
+            fixes=replace_text(capacity.value, "1ms"),
         )
         return None
     return value

@@ -10,15 +10,15 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy
 from fsmkit.chart.passes.number_states import Node, Tree
 from fsmkit.diagnostics import Edit, Findings, Fix, Severity, Span, Text
-from fsmkit.diagnostics.fixes import is_xml, removal, with_key
-from fsmkit.diagnostics.frozen import quick
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fast_init import fast_init
+from fsmkit.diagnostics.fixes import add_key, is_xml, remove_entry
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocTransition, Document, Kind, Trigger
 from fsmkit.language import Literal
 from fsmkit.language.copied_names import dotted
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Arrow:
     """A numbered transition with its ends; the rest of it is still as written."""
@@ -288,7 +288,7 @@ def _without(target: Text) -> tuple[Fix, ...]:
     text = span.source.text
     start = len(text[: span.start].rstrip())
     if text[start - 1 : start] in ",[{":
-        return removal(span)
+        return remove_entry(span)
     return (Fix("Remove it", (Edit(Span(span.source, start, span.end), ""),)),)
 
 
@@ -297,7 +297,7 @@ def _first_default(tree: Tree, history: Node) -> tuple[Fix, ...]:
     children = tree.real_children(tree.parent(history).index)
     if is_xml(history.state.span.source) or not children:
         return ()
-    return with_key(history.state.span, "default", str(tree.nodes[children[0]].id))
+    return add_key(history.state.span, "default", str(tree.nodes[children[0]].id))
 
 
 def _why_apart(tree: Tree, one: int, other: int) -> str | None:
@@ -327,7 +327,7 @@ def _initial(
                 f"`{node.id}` is {what} and takes no `initial`",
                 written.span,
                 help="remove it" if node.kind is not Kind.PARALLEL else "all regions are entered",
-                fixes=removal(written.span),
+                fixes=remove_entry(written.span),
             )
         return None
     if written is None:

@@ -11,8 +11,8 @@ from fsmkit.chart.chart import Event
 from fsmkit.chart.passes.context import Context
 from fsmkit.chart.passes.type_delays import type_delay
 from fsmkit.diagnostics import Fix, Span, Text
-from fsmkit.diagnostics.fixes import instead, removal
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import remove_entry, replace_text
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction
 from fsmkit.language.binding.ecmascript import SEND_ID, SESSION
 from fsmkit.language.statements.tree import DocArgument, DocCancel, DocSend
@@ -55,7 +55,7 @@ def _sent_instead(written: stmt.Raise[Text, DocArgument]) -> tuple[Fix, ...]:
         start > span.start and "/>" not in text[start : span.end]
     ):
         return ()
-    return instead(Span(span.source, start, start + len("raise")), "send")
+    return replace_text(Span(span.source, start, start + len("raise")), "send")
 
 
 def find_event(name: Text, context: Context) -> Event | None:
@@ -91,7 +91,7 @@ def type_arguments(
                 argument.name,
                 secondary=[(places[name], "the first")],
                 help="remove one of them",
-                fixes=removal(argument.name, whole=True),
+                fixes=remove_entry(argument.name, whole=True),
             )
         elif name not in fields:
             sound = False
@@ -159,7 +159,7 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
         if location is None:
             return ()
         value = lang.type_expression(
-            written.id_location.instead(f"'{identity}'"),
+            written.id_location.with_value(f"'{identity}'"),
             context.scope,
             context.findings,
             location.type,

@@ -280,7 +280,7 @@ def _stored_fields(event: Event, slot: Slot) -> DocBlock:
     return tuple(
         Assign(
             name,
-            name.instead(f"_event.data.{name.value.strip()}"),
+            name.with_value(f"_event.data.{name.value.strip()}"),
             slot.invoke.span,
         )
         for name in names

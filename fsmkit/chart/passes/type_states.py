@@ -10,8 +10,8 @@ from fsmkit.chart.passes.resolve_targets import Arrows
 from fsmkit.chart.passes.type_content import type_block, type_value
 from fsmkit.chart.statements import Block, Fail
 from fsmkit.diagnostics import Findings, Source
-from fsmkit.diagnostics.fixes import with_key_of_chart
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import set_chart_key
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import Kind
 from fsmkit.language import BOOL, Expr, Literal, default_value, type_expression
@@ -127,7 +127,7 @@ def check_abstract(
                 f"`{node.id}` is abstract in the base and not refined here",
                 node.state.span,
                 help=f"fill it under `refine: {{{node.id}: ...}}`, or mark the chart abstract",
-                fixes=with_key_of_chart(source, "abstract", "true"),
+                fixes=set_chart_key(source, "abstract", "true"),
             )
     return is_abstract or bool(left)
 

@@ -14,8 +14,8 @@ from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.passes.resolve_targets import Arrow, Arrows
 from fsmkit.chart.passes.type_content import type_block, type_condition
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.fixes import instead
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import replace_text
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.language import BOOL, Expr, Literal, read_duration
@@ -189,8 +189,8 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
     low, dots, _ = text.value.partition("..")
     if not dots:
         return None, _delay(written, text, context)
-    least = _delay(written, text.part(0, len(low)).stripped(), context)
-    rest = text.part(len(low) + len(dots), len(text.value)).stripped()
+    least = _delay(written, text.part(0, len(low)).strip(), context)
+    rest = text.part(len(low) + len(dots), len(text.value)).strip()
     greatest = _delay(written, rest, context) if rest.value else least + OPEN_ENDED
     if written.trigger is Trigger.EVERY:
         context.findings.add(
@@ -200,7 +200,7 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
     elif greatest < least:
         context.findings.add(
             "bad-delay", "this delay ends before it begins", text, help="swap the two",
-            fixes=instead(text, f"{rest}..{text.part(0, len(low)).stripped()}"),
+            fixes=replace_text(text, f"{rest}..{text.part(0, len(low)).strip()}"),
         )  # fmt: skip
     elif not rest.value and least >= OPEN_ENDED:
         context.findings.add(
@@ -230,6 +230,6 @@ def _delay(written: DocTransition, text: Text, context: Context) -> int:
             "`every` with a delay of 0 would never let time pass",
             text,
             help="write a delay of one tick at least",
-            fixes=instead(text, spelled(1, context.scope.tick)),
+            fixes=replace_text(text, spelled(1, context.scope.tick)),
         )
     return ticks

@@ -10,7 +10,7 @@ from fsmkit.chart.statements import Block
 from fsmkit.chart.views.asked import environment_parts, property_parts
 from fsmkit.chart.views.origins import Origins, Where
 from fsmkit.diagnostics import Span
-from fsmkit.diagnostics.as_json import place
+from fsmkit.diagnostics.as_json import location
 from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
 from fsmkit.language import EnumType, Expr, Field, RecordType, Type, spell, spell_value
@@ -81,7 +81,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
 
 def _at(origin: Origin, span: Span | None) -> Json:
     found: Json = {"origin": origin.value}
-    return found if span is None else {**found, "at": place(span)}
+    return found if span is None else {**found, "at": location(span)}
 
 
 def _from(where: Where | None) -> Json:
@@ -160,10 +160,10 @@ def _invocation(invocation: Invocation, chart: Chart) -> Json:
     return {
         "id": invocation.id,
         "state": chart.states[invocation.state].id,
-        "given": [within.data[place].name for place in invocation.given],
+        "given": [within.data[location].name for location in invocation.given],
         "autoforward": invocation.autoforward,
         "finalize": finalize,
-        **({} if invocation.span is None else {"at": place(invocation.span)}),
+        **({} if invocation.span is None else {"at": location(invocation.span)}),
         "chart": chart_document(within, Origins({}, {}, {}, {})),
     }
 

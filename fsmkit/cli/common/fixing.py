@@ -10,7 +10,7 @@ from fsmkit.cli.common.many_files import models
 from fsmkit.cli.common.options import Reading
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Diagnostic, FsmkitError, Source
-from fsmkit.diagnostics.fixes import Edit, applied
+from fsmkit.diagnostics.fixes import Edit, apply_edits
 from fsmkit.system.any_file import read_with_boards
 
 MOST_ROUNDS = 20
@@ -33,7 +33,7 @@ def fixed(files: Sequence[Path], reading: Reading) -> list[str]:
                         told.append(f"{place}{finding.rule.name}: {fix.title}")
             if not edits:
                 break
-            write_files({Path(n): applied(s.text, e) for n, (s, e) in edits.items()})
+            write_files({Path(n): apply_edits(s.text, e) for n, (s, e) in edits.items()})
     return told
 
 

@@ -14,7 +14,7 @@ from click.core import ParameterSource
 
 from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
-from fsmkit.diagnostics.suggest import nearest
+from fsmkit.diagnostics.suggestions import nearest_name
 from fsmkit.document.python_objects import is_reference
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class OneOf(click.Choice[str]):
 
 def no_such(what: str, value: str, known: Sequence[str]) -> str:
     """Say that a value is unknown, what there is, and what is probably meant."""
-    near = nearest(value, known)
+    near = nearest_name(value, known)
     hint = "" if near is None else f"; did you mean `{near}`?"
     return f"there is no {what} `{value}`: {', '.join(known) or 'there is none'}{hint}"
 
@@ -182,9 +182,9 @@ def _read_rules(
     known = {key: rule for rule in rules() for key in (rule.name, rule.code)}
     for given in value:
         if given not in known:
-            near = nearest(given, known)
+            near = nearest_name(given, known)
             hint = "`fsmkit explain` lists them" if near is None else f"did you mean `{near}`?"
-            raise click.BadParameter(f"there is no rule `{given}`; {hint}", ctx, param)
+            raise click.BadParameter(f"rule `{given}` does not exist; {hint}", ctx, param)
     return frozenset(known[given].name for given in value)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.diagnostics.interrupts import held_interrupts
+from fsmkit.diagnostics.interrupts import hold_interrupts
 
 
 def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -> None:
@@ -49,12 +49,12 @@ def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -
             with _blaming(path), path.open("wb") as stream:
                 stream.write(contents[path])
         for path, temporary in ready:
-            with _blaming(path), held_interrupts():
+            with _blaming(path), hold_interrupts():
                 before = _put_aside(path, undo)
                 temporary.replace(path)
                 undo.callback(_restore, path, before)
                 kept.extend(() if before is None else (before,))
-        with held_interrupts():
+        with hold_interrupts():
             undo.pop_all()  # nothing failed: nothing is undone
             for before in kept:
                 with suppress(OSError):
@@ -98,7 +98,7 @@ def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
         _make_folder(path.parent, undo)
         if path.is_dir():
             raise IsADirectoryError(None, "is a directory")
-        with held_interrupts():
+        with hold_interrupts():
             handle, name = tempfile.mkstemp(prefix=f".{path.name[:40]}-", dir=path.parent)
             temporary = Path(name)
             undo.callback(temporary.unlink, missing_ok=True)
@@ -111,7 +111,7 @@ def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
 
 def _make_folder(folder: Path, undo: ExitStack) -> None:
     for missing in reversed([p for p in (folder, *folder.parents) if not p.exists()]):
-        with held_interrupts():
+        with hold_interrupts():
             missing.mkdir(exist_ok=True)
             undo.callback(_remove_folder, missing)
 

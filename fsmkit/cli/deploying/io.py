@@ -19,7 +19,7 @@ from fsmkit.cli.common.console import print_json, result
 from fsmkit.cli.common.options import OneOf, Reading, path_option, read_span, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import plain
 from fsmkit.system.any_file import read_board
 

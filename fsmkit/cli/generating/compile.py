@@ -29,9 +29,9 @@ from fsmkit.codegen.system.files import packages, timing_of
 from fsmkit.codegen.system.program import program_of
 from fsmkit.codegen.target import Generated, Target
 from fsmkit.diagnostics import Findings
-from fsmkit.diagnostics.allowing import counting
+from fsmkit.diagnostics.allow_comments import record_used
 from fsmkit.diagnostics.as_json import as_json
-from fsmkit.diagnostics.unused import READING, tell_unused
+from fsmkit.diagnostics.unused_comments import READING, report_unused_comments
 from fsmkit.plugins import plugins
 from fsmkit.system.any_file import Model, load_any, read_with_boards, sources_of
 from fsmkit.system.board import Board
@@ -168,11 +168,11 @@ def command(
     if no_build and not is_built:
         raise click.UsageError(f"--no-build is for the targets {' and '.join(built)}")
     findings = reading.findings()
-    with counting() as used:
+    with record_used() as used:
         model = read_with_boards(
             file, findings, strict=reading.strict, parameters=reading.parameters
         )
-    tell_unused(sources_of(model), used, READING, findings)
+    report_unused_comments(sources_of(model), used, READING, findings)
     options = {
         name: value
         for name, value in (

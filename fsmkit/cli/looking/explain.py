@@ -9,7 +9,7 @@ from rich.text import Text
 from fsmkit.cli.common.console import STYLES, print_json, result
 from fsmkit.cli.common.verbs import verb
 from fsmkit.diagnostics import Rule, rule, rules
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 
 EPILOG = """\b
 Examples:

@@ -23,8 +23,8 @@ from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.watching import watched
 from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.existing_c.reader import SUFFIXES
-from fsmkit.diagnostics.allowing import counting
-from fsmkit.diagnostics.unused import EXPLORING, READING, tell_unused
+from fsmkit.diagnostics.allow_comments import record_used
+from fsmkit.diagnostics.unused_comments import EXPLORING, READING, report_unused_comments
 from fsmkit.system.any_file import sources_of
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions, check_file
@@ -214,7 +214,7 @@ def evaluated(
             show(f"exploring {file.name}: {figures}")
 
         findings = own.findings()
-        with counting() as used:
+        with record_used() as used:
             system, found = check_file(
                 file,
                 findings,
@@ -229,5 +229,5 @@ def evaluated(
             )
         is_whole = found.verdict is not Verdict.UNDECIDED
         codes = EXPLORING if is_whole and not names else READING
-        tell_unused(sources_of(system), used, codes, found.findings)
+        report_unused_comments(sources_of(system), used, codes, found.findings)
     return system, found

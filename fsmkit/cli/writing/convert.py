@@ -138,7 +138,7 @@ def moved(document: Document, before: Path, after: Path, findings: Findings) -> 
         if text is None or Path(text.value).is_absolute():
             return text
         path = os.path.relpath((before / text.value).resolve(), after.resolve())
-        return text.instead(Path(path).as_posix())
+        return text.with_value(Path(path).as_posix())
 
     def state(one: DocState) -> DocState:
         return replace(

@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import Emitter
 
 OWN, OWN_UPPER = "\x01", "\x02"
@@ -21,7 +21,7 @@ OWN, OWN_UPPER = "\x01", "\x02"
 _SYMBOL = re.compile(f"[{OWN}{OWN_UPPER}]_([A-Za-z0-9_]+)")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Definition:
     """Lines with symbols, what they define, and the names of the machine that they refer to."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import assert_never
 
 import fsmkit.language as lang
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 
 STORAGE = tuple(
     (f"{prefix}int{bits}_t", lo, hi, bits // 8)
@@ -15,7 +15,7 @@ STORAGE = tuple(
 )
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Storage:
     """A C type, its size and alignment in bytes."""

@@ -13,7 +13,7 @@ from fsmkit.codegen.existing_c.model import Binding, Bound, BoundType
 from fsmkit.codegen.existing_c.reader import chart_of
 from fsmkit.codegen.existing_c.tokens import CExpression
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import plain
 
 CONTEXT = "ctx"
@@ -223,7 +223,7 @@ class _Checker:
             there = known.get(chosen.kind, ())
             if chosen.name not in there:
                 self._unknown(
-                    chosen.place.instead(chosen.name), chosen.kind, there, said=chosen.place
+                    chosen.place.with_value(chosen.name), chosen.kind, there, said=chosen.place
                 )
 
     def report_unbound(self) -> None:

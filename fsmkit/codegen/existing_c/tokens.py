@@ -111,7 +111,7 @@ class CExpression:
 
 def read_expression(text: Text, findings: Findings) -> CExpression | None:
     """Return the expression of a text, or None after a finding (``binding-syntax``)."""
-    text = text.stripped()
+    text = text.strip()
     wrong = _trap(text)
     tokens: list[Token] = []
     opened: list[tuple[str, int]] = []

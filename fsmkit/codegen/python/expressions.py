@@ -14,7 +14,7 @@ from fsmkit.chart.analysis.effects import is_inside
 from fsmkit.chart.analysis.ranges import raw_range, within
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 
 CHOICE, OR, AND, NOT, COMPARE, BITOR, BITXOR, BITAND, SHIFT, SUM, PRODUCT, SIGN, ATOM = range(1, 14)
 
@@ -42,7 +42,7 @@ SMALL = 0x3FFFFFFF
 SHIFTS = (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Fragment:
     """Printed text and how tightly it binds."""

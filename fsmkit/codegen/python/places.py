@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Place:
     """The configuration in the midst of a step, as far as it is known when compiling.

@@ -1,9 +1,9 @@
-"""The rules: one Markdown file each, found by looking.
+"""The rules: one Markdown file each, found in this folder.
 
-The first line of a file is ``# CODE kebab-name severity``; then follow *What it does*, *Why it
-matters*, *Example* and *Instead*. ``fsmkit explain CODE`` and the reference page print them.
-Codes go by stage: FK01 reading, FK02 names and structure, FK03 types and behaviour, FK04 limits
-of a target, FK05 verification.
+The first line of a file is ``# CODE kebab-name severity``. The sections *What it does*, *Why it
+matters*, *Example* and *Instead* follow. ``fsmkit explain CODE`` and the reference page print them.
+The prefix of a code is its stage: FK01 reading, FK02 names and structure, FK03 types and behaviour,
+FK04 limits of a target, FK05 verification.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 
 
 class Severity(Enum):
-    """How much a finding matters; only errors stop the pipeline."""
+    """The severity of a finding; only errors stop the pipeline."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -24,7 +24,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A kind of finding: stable code, readable name, how much it matters, the long explanation."""
+    """A kind of finding: a stable code, a readable name, a severity, and the explanation."""
 
     code: str
     name: str
@@ -41,7 +41,7 @@ def rules() -> tuple[Rule, ...]:
 
 @cache
 def rule(name: str) -> Rule:
-    """Return the rule of that kebab-case name or code; `LookupError` where there is none."""
+    """Return the rule with this kebab-case name or code; raise `LookupError` if it is unknown."""
     for candidate in rules():
         if name in (candidate.name, candidate.code):
             return candidate

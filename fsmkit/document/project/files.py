@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
-from fsmkit.diagnostics.paths import is_file, is_there
+from fsmkit.diagnostics.paths import is_file, path_exists
 from fsmkit.document.project.project import OWN, PYPROJECT, Project, read_project
 
 
@@ -76,8 +76,8 @@ def resolved(file: Path, name: str, own: Path) -> Path:
         FsmkitError: With what is wrong in the project file.
 
     """
-    if is_there(own) or Path(name).is_absolute():
+    if path_exists(own) or Path(name).is_absolute():
         return own
     project = project_of(file)
     folders = () if project is None else project.search
-    return next((folder / name for folder in folders if is_there(folder / name)), own)
+    return next((folder / name for folder in folders if path_exists(folder / name)), own)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, rules
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.keys import Keys
 from fsmkit.document.project.keys import CHECK, COMPILE, LEVELS, PROJECT
 from fsmkit.document.project.quantities import seconds_of, size_of
@@ -144,7 +144,7 @@ class _Reader:
             rule = known.get(name)
             if rule is None:
                 self._findings.add(
-                    "unknown-key", f"there is no rule `{name}`", self._place("rules", name),
+                    "unknown-key", f"rule `{name}` does not exist", self._place("rules", name),
                     help=suggest(name, known, "`fsmkit explain` lists them"),
                 )  # fmt: skip
             elif level not in LEVELS:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import Findings, FsmkitError, Span
-from fsmkit.diagnostics.as_json import as_json, place
+from fsmkit.diagnostics.as_json import as_json, location
 from fsmkit.runtime.interpreter.snapshot import Entered, Taken
 from fsmkit.verify.explore import ExplorationOptions, check_file
 from fsmkit.verify.report.counterexample import TraceStep
@@ -72,7 +72,7 @@ def _property(report: Report, result: Result) -> Json:
         "reason": result.reason,
     }
     if result.span is not None:
-        found["at"] = place(result.span)
+        found["at"] = location(result.span)
     if result.trace is not None and result.trace.steps:
         found["steps"] = [_step(report, step) for step in result.trace.steps]
         found["loop"] = result.trace.loop
@@ -90,7 +90,7 @@ def _step(report: Report, step: TraceStep) -> Json:
         "to": list(step.after),
         "chosen": list(step.chosen),
         "sent": [f"{d.what} -> {d.target}" for d in step.deliveries],
-        "places": [place(span) for span in spans],
+        "places": [location(span) for span in spans],
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from fsmkit.diagnostics import Edit, Source, Span
-from fsmkit.diagnostics.fixes import in_list, is_xml
+from fsmkit.diagnostics.fixes import add_nested_items, is_xml
 from fsmkit.scxml.names import EXTENSION
 from fsmkit.yaml.layout import quoted
 
@@ -34,7 +34,7 @@ def declaration(source: Source, section: str, name: str, value: str) -> tuple[Ed
     if is_xml(source):
         return _in_xml(source, section, name, value)
     if section in ("in", "internal"):
-        return in_list(source, "events", section, [_plain(name)])
+        return add_nested_items(source, "events", section, [_plain(name)])
     written = _plain(name) if not value else f"{_plain(name)}: {_plain(value)}"
     found = re.search(rf"^{section}:[ \t]*([^\n]*)", source.text, re.MULTILINE)
     if found is None:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fsmkit.diagnostics import Diagnostic, Edit, Fix, Severity, Source, Span
-from fsmkit.diagnostics.allowing import is_hidden
-from fsmkit.diagnostics.fixes import applied, is_xml
+from fsmkit.diagnostics.allow_comments import is_hidden
+from fsmkit.diagnostics.fixes import apply_edits, is_xml
 from fsmkit.editor.context import Context
 from fsmkit.editor.features.adding import declaration
 from fsmkit.editor.index.chart_names import ChartNames
@@ -121,7 +121,7 @@ def allowing(finding: Diagnostic) -> Fix | None:
     places.append((start, f"{blanks}{comment}\n"))
     for at, written in places:
         edit = Edit(Span(source, at, at), written)
-        text = applied(source.text, (edit,))
+        text = apply_edits(source.text, (edit,))
         moved = len(written) if at <= span.start else 0
         made = Span(Source(source.name, text), span.start + moved, span.end + moved)
         is_cut = at == end and not is_xml(source) and "#" in source.text[start:end]

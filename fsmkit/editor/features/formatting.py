@@ -10,7 +10,7 @@ from pathlib import Path
 from lsprotocol import types
 
 from fsmkit.diagnostics import Edit, Findings, FsmkitError, Source, Span
-from fsmkit.diagnostics.fixes import applied, is_xml
+from fsmkit.diagnostics.fixes import apply_edits, is_xml
 from fsmkit.editor.context import Context
 from fsmkit.scxml.nodes import read_nodes
 
@@ -46,7 +46,7 @@ def formatting(
             source = Source(str(path), lines.text)
             start, end = lines.offset(place.start), lines.offset(place.end)
             edits = _within(source, made, start, end)
-            if formatted(applied(source.text, edits), str(path)) != made:
+            if formatted(apply_edits(source.text, edits), str(path)) != made:
                 return []
         except FsmkitError:
             return []

@@ -17,7 +17,7 @@ from lsprotocol import types
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Edit, Fix, Severity, Source, Span
-from fsmkit.diagnostics.fixes import applied, is_xml
+from fsmkit.diagnostics.fixes import apply_edits, is_xml
 from fsmkit.document.document import DocFunction
 from fsmkit.editor.analysis import Analysis, analyse
 from fsmkit.editor.context import Context
@@ -80,7 +80,7 @@ def _tried(context: Context, path: Path, found: Refactoring) -> Refactoring:
     if source is None:
         return found
     trial = context.workspace.copy()
-    trial.set_text(path, applied(source.text, found.edits).encode())
+    trial.set_text(path, apply_edits(source.text, found.edits).encode())
     for one in (path, *context.workspace.dependents(path)):
         before, after = context.analyses.of(one), analyse(trial, one)
         known = {finding.message for finding in before.findings}

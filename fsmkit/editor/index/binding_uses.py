@@ -77,7 +77,7 @@ def _named(text: Text, chart: ChartNames, scanner: Scanner) -> None:
     kind, space, name = text.value.partition(" ")
     if not space or kind not in SPACES:
         return
-    at = text.part(len(kind) + 1, len(text.value)).stripped()
+    at = text.part(len(kind) + 1, len(text.value)).strip()
     symbol = getattr(chart, SPACES[kind]).get(at.value)
     if isinstance(symbol, Symbol) and symbol.kind is not SymbolKind.CHART:
         scanner.use(at, symbol)

@@ -365,7 +365,7 @@ class _Walker:
                 self.reader.unknown(argument.name)
             else:
                 self.reader.use(argument.name, symbol)
-            given = argument.value.stripped()
+            given = argument.value.strip()
             if given.value in self.names.events and given.value not in self.names.values:
                 self.reader.use(given, self.names.events[given.value])
             else:

@@ -202,7 +202,7 @@ class ExpressionReader:
                 self.unknown(at)
             return
         whole = text.part(node.start, node.end)
-        if "(" not in whole.value and self.within(whole.stripped()):
+        if "(" not in whole.value and self.within(whole.strip()):
             return
         self._visit(node.base, text, None)
         field = self._field(node)
@@ -217,7 +217,7 @@ class ExpressionReader:
                 return
             case syntax.NameNode(name="occurs") if "occurs" not in self.names.values:
                 for argument in node.arguments:
-                    self.event(text.part(argument.start, argument.end).stripped())
+                    self.event(text.part(argument.start, argument.end).strip())
                 return
             case syntax.NameNode(name=name) if name not in BUILT_IN or name in self.names.values:
                 self._name(node.callee, text, None)
@@ -241,7 +241,7 @@ class ExpressionReader:
             self.unknown(at)
 
     def _state(self, node: syntax.Node, text: Text) -> None:
-        at = text.part(node.start, node.end).stripped()
+        at = text.part(node.start, node.end).strip()
         if isinstance(node, syntax.StringNode) and len(at.value) >= 2:
             at = at.part(1, len(at.value) - 1)
         self.state(at)
@@ -273,5 +273,5 @@ class ExpressionReader:
                 base=syntax.NameNode(name="_event"), name="name"
             ), syntax.StringNode(value=name):
                 if name in self.names.events:
-                    at = text.part(other.start, other.end).stripped()
+                    at = text.part(other.start, other.end).strip()
                     self.use(at.part(1, len(at.value) - 1), self.names.events[name])

@@ -61,7 +61,7 @@ class _SuiteReader:
                 self.value(one, chart, operation)
             return
         word, _, rest = text.value.partition(" ")
-        after = text.part(len(text.value) - len(rest), len(text.value)).stripped()
+        after = text.part(len(text.value) - len(rest), len(text.value)).strip()
         if word == "wait":
             return
         if word == "set":
@@ -120,7 +120,7 @@ class _SuiteReader:
             return
         symbol = chart.values.get(match[0])
         self.report(line.part(*match.span()), symbol)
-        self.value(line.part(match.end(), len(line.value)).stripped(), chart, symbol)
+        self.value(line.part(match.end(), len(line.value)).strip(), chart, symbol)
 
     def value(self, text: Text, chart: ChartNames | None, symbol: Symbol | None) -> None:
         """Report the names in a value of what has the type of a symbol."""
@@ -128,7 +128,7 @@ class _SuiteReader:
             return
         reader = ExpressionReader(chart, self.scanner.found.append)
         hint = reader.hint_of_symbol(symbol)
-        reader.read(text.stripped(), hint)
+        reader.read(text.strip(), hint)
 
     def call(self, text: Text) -> tuple[Symbol | None, ChartNames | None]:
         """Report a call of an operation, or an event that is sent, with its arguments."""

@@ -92,7 +92,7 @@ def items(node: Node | None) -> tuple[Node, ...]:
 
 def text_of(node: Node | None) -> Text | None:
     """Return the text of a scalar."""
-    return node.text.stripped() if isinstance(node, Scalar) else None
+    return node.text.strip() if isinstance(node, Scalar) else None
 
 
 def scalars(node: Node | None) -> Iterator[Text]:
@@ -522,7 +522,7 @@ def _watched(text: Text | None, monitor: ChartNames | None, scanner: Scanner) ->
         return
     left, arrow, _ = text.value.partition("->")
     found = scanner.read(text.part(0, len(left)), _watchable)
-    at = text.part(len(left) + len(arrow), len(text.value)).stripped()
+    at = text.part(len(left) + len(arrow), len(text.value)).strip()
     symbol = None if monitor is None else target(monitor, at.value)
     if symbol is None or monitor is None:
         scanner.unknown(at)

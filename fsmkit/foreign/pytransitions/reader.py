@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 
 from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.foreign.pytransitions.spec import (
     GENERAL,
     HANDLERS,

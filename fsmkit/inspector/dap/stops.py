@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.places import Places, Target

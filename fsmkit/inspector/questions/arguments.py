@@ -6,7 +6,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, result_types
 from fsmkit.diagnostics import fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.language import Type, Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.values import from_json

@@ -18,7 +18,7 @@ from rich.text import Text as Styled
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Text, fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import plain
 from fsmkit.inspector.breakpoints import KINDS
 from fsmkit.inspector.hub import Hub

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fsmkit.diagnostics import Severity
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.binding.casts import bind_conversion, is_conversion
 from fsmkit.language.binding.fitting import fit

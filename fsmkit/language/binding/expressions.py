@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from fsmkit.diagnostics import Edit, Fix, Span, Text
-from fsmkit.diagnostics.fixes import instead
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.fixes import replace_text
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.language import syntax, tree, types
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.binding.calls import bind_call
@@ -256,7 +256,7 @@ class ExpressionBinder:
             message = f"`{node.op}` is outside the language"
             at = self.text.span_of(node.op_start, node.op_end)
             advice = FOREIGN_OPERATORS[node.op]
-            fixes = instead(at, SPELT[node.op]) if node.op in SPELT else ()
+            fixes = replace_text(at, SPELT[node.op]) if node.op in SPELT else ()
             return self.context.report("outside-language", message, at, advice, fixes=fixes)
         op = tree.BinaryOp(node.op)
         if op in EQUALITY or op in ORDER:

@@ -10,7 +10,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.fixes import instead
+from fsmkit.diagnostics.fixes import replace_text
 from fsmkit.language import tree
 from fsmkit.language.binding.ecmascript import truth
 from fsmkit.language.binding.expressions import ExpressionBinder
@@ -170,7 +170,7 @@ def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node 
     except SyntaxFault as fault:
         span = text.span_of(fault.start, fault.end)
         is_equals = text.value[fault.start : fault.end] == "="
-        fixes = instead(span, "==") if is_equals else ()
+        fixes = replace_text(span, "==") if is_equals else ()
         return context.report(fault.rule, fault.message, span, fault.advice, fixes=fixes)
 
 

@@ -135,7 +135,7 @@ def type_head(
 
 def _gone_through(text: Text, scope: Scope, findings: Findings) -> Variable | Numbers | None:
     """Return what a loop goes through."""
-    stripped = text.stripped()
+    stripped = text.strip()
     if scope.dialect == "fsmkit":
         known = scope.types.get(stripped.value)
         if isinstance(known, types.EnumType):

@@ -86,7 +86,7 @@ class StatementBuilder(Transformer[Any, Any]):
         text = declared.text
         name = LOCAL_NAME.match(text.value)
         end = len(text.value) if name is None else name.end()
-        type_ = text.part(end, len(text.value)).stripped()
+        type_ = text.part(end, len(text.value)).strip()
         return (
             stmt.Local(
                 text.part(0, end),

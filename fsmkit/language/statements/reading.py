@@ -17,7 +17,7 @@ from typing import Any
 from lark.parsers.lalr_analysis import Shift
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.diagnostics.fixes import instead
+from fsmkit.diagnostics.fixes import replace_text
 from fsmkit.language.placing import detached, placed
 from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.building import Piece
@@ -99,7 +99,7 @@ def read_statements(text: Text, findings: Findings) -> stmt.Block:
             "what follows `//` is a comment",
             text.span_of(_slashes(text, match)[0], match.end()),
             help="write `/` to divide: the division of integers truncates",
-            fixes=instead(text.span_of(*_slashes(text, match)), "/"),
+            fixes=replace_text(text.span_of(*_slashes(text, match)), "/"),
         )
     return _read_bare(Text(without_comments(text.value), text.span, text.offsets), findings)
 
@@ -117,7 +117,7 @@ def _read_bare(at: Text, findings: Findings) -> stmt.Block:
 
 def read_body(text: Text, findings: Findings) -> stmt.Block:
     """Read the body of a function: statements, or the expression that it returns."""
-    stripped = text.stripped()
+    stripped = text.strip()
     if is_value(stripped.value):
         return (stmt.Return(stripped, stripped.span),)
     return read_statements(text, findings)
@@ -140,7 +140,7 @@ def read_signature(
 
     ``is_loose``: parameters may lack their types, as those of functions in ECMAScript do.
     """
-    reader = _Reader(text.stripped(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
+    reader = _Reader(text.strip(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
     found = reader.read("signature")
     if found is None:
         return None
@@ -173,7 +173,7 @@ def _field(piece: Piece, reader: _Reader, *, is_loose: bool) -> stmt.DocField | 
     name = FIELD_NAME.match(text.value)
     if is_loose and name is not None and not text.value[name.end() :].strip():
         return stmt.DocField(text.part(0, name.end()), None)
-    type_ = None if name is None else text.part(name.end(), len(text.value)).stripped()
+    type_ = None if name is None else text.part(name.end(), len(text.value)).strip()
     if name is not None and type_ is not None and type_.value and type_.value[0] not in ":=":
         return stmt.DocField(text.part(0, name.end()), type_)
     message = "a parameter has no name"
@@ -188,7 +188,7 @@ def _field(piece: Piece, reader: _Reader, *, is_loose: bool) -> stmt.DocField | 
 
 def read_typed(text: Text, findings: Findings) -> tuple[Text | None, Text | None]:
     """Read ``type = start value``; return the two, None for what is not there."""
-    reader = _Reader(text.stripped(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
+    reader = _Reader(text.strip(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
     type_ = init = None
     for part in reader.read("typed") or ():
         if isinstance(part, Piece):
@@ -340,7 +340,7 @@ class _Reader:
         if closing is None:
             return None
         opening, end = self.at.here, self.at.tokens[closing]
-        inner = self._on_one_line(opening.end, end.start).stripped()
+        inner = self._on_one_line(opening.end, end.start).strip()
         if type_ == "CONDITION" and (self.at.goes_on(closing + 1) or not inner.value):
             return None
         self.at.index = closing + 1

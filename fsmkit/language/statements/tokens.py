@@ -282,7 +282,7 @@ def bracketed(text: Text) -> Text | None:
     closing = cursor.closing()
     if closing is None or cursor.tokens[closing + 1].kind != "end":
         return None
-    return text.part(1, cursor.tokens[closing].start).stripped()
+    return text.part(1, cursor.tokens[closing].start).strip()
 
 
 NO_ZERO = "a string cannot hold the character U+0000"

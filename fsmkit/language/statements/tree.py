@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, TypeVar
 
 from fsmkit.diagnostics import Span, Text
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import guard
 
 Expr_co = TypeVar("Expr_co", covariant=True)
@@ -33,7 +33,7 @@ ADVICE = "correct it, or remove it"
 """The way out for content that cannot be read, where no other is known."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Assign(Generic[Place_co, Expr_co]):
     """``location = value``; in a Chart the value has the location's type (see `Convert`).
@@ -49,7 +49,7 @@ class Assign(Generic[Place_co, Expr_co]):
     sign: str = field(default="", compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocArgument:
     """``name = value`` of a payload (SCXML ``param``)."""
@@ -58,7 +58,7 @@ class DocArgument:
     value: Text
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Raise(Generic[Name_co, Argument_co]):
     """Append an event to the internal queue; in a Chart with one argument for each field."""
@@ -68,7 +68,7 @@ class Raise(Generic[Name_co, Argument_co]):
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocSend:
     """Send an event, at once or later. What is absent is None; ``*_expr`` are expressions."""
@@ -101,7 +101,7 @@ SENT = (
 """Fields of `DocSend`, and those of the expressions or places that stand for them."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocCancel:
     """Cancel a delayed send by its id (or the value of an expression)."""
@@ -111,7 +111,7 @@ class DocCancel:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Log(Generic[Name_co, Expr_co]):
     """Give the host a label and values."""
@@ -124,7 +124,7 @@ class Log(Generic[Name_co, Expr_co]):
         guard(self, "label")
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Branch(Generic[Expr_co, Statement_co]):
     """A condition (None for ``else``) and what to do."""
@@ -133,7 +133,7 @@ class Branch(Generic[Expr_co, Statement_co]):
     body: tuple[Statement_co, ...]
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class If(Generic[Expr_co, Statement_co]):
     """The first branch whose condition holds."""
@@ -142,7 +142,7 @@ class If(Generic[Expr_co, Statement_co]):
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class ForEach(Generic[Array_co, Place_co, Statement_co]):
     """Assign each element of a copy of ``array`` to ``item`` (and its position to ``index``)."""
@@ -154,7 +154,7 @@ class ForEach(Generic[Array_co, Place_co, Statement_co]):
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Local(Generic[Place_co, Expr_co]):
     """``let x = e`` names a value, ``var n type = e`` a variable, until the end of the block.
@@ -170,7 +170,7 @@ class Local(Generic[Place_co, Expr_co]):
     """Whether it is written with ``let``."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Valued(Generic[Expr_co]):
     """A word and an expression; in SCXML an element of that name in our namespace, with `expr`.
@@ -183,7 +183,7 @@ class Valued(Generic[Expr_co]):
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Reply(Valued[Expr_co]):
     """Answer the event being dispatched; a later reply of the same macrostep replaces it."""
@@ -191,7 +191,7 @@ class Reply(Valued[Expr_co]):
     word = "reply"
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Return(Valued[Expr_co]):
     """The result of a function; it ends its body."""
@@ -205,7 +205,7 @@ WORDS: dict[str, type[Reply[Text] | Return[Text]]] = {**VALUED, Return.word: Ret
 """All of them."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class CallOperation(Generic[Expr_co]):
     """Call an operation for its effect; a result is dropped."""
@@ -214,7 +214,7 @@ class CallOperation(Generic[Expr_co]):
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Super:
     """``super``: here stand the statements of the base chart."""
@@ -222,7 +222,7 @@ class Super:
     span: Span = field(compare=False, repr=False)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Fail:
     """Content that cannot be read or evaluated: executing it is ``error.execution`` (SCXML 4).
@@ -287,7 +287,7 @@ def statements(block: tuple[Statement_co, ...]) -> Iterator[Statement_co]:
 # --- declarations -----------------------------------------------------------------------------
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocField:
     """``name type``. The type is absent where it is to be inferred (SCXML)."""
@@ -296,7 +296,7 @@ class DocField:
     type: Text | None
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class DocSignature:
     """``name(field type, ...) -> result``."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.keys import NESTED
 from fsmkit.system.deployment.carrier import ForeignNode
 from fsmkit.system.deployment.keys import foreign_keys, node_keys

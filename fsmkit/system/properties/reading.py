@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest_key
+from fsmkit.diagnostics.suggestions import suggest_key
 from fsmkit.language import BOOL, Scope, read_duration
 from fsmkit.system.conditions import constants_of, read_condition, read_expression
 from fsmkit.system.indices import expand_quantifiers

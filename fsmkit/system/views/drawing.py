@@ -27,7 +27,7 @@ from fsmkit.chart.drawing.states.dot.draw import (
 from fsmkit.chart.drawing.states.folding import ALL, folded
 from fsmkit.chart.drawing.states.labels import WIDTH, wrapped
 from fsmkit.diagnostics import fail
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import notating
 from fsmkit.emit.dot import escaped, font, left, quoted, statement, titled
 from fsmkit.emit.svg import with_dark_colours

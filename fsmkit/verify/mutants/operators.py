@@ -117,7 +117,7 @@ def _one_of(parts: Sequence[Any], of: Callable[[Any], Iterator[Variant]]) -> Ite
 
 def _of_constant(constant: doc.DocConstant) -> Iterator[Variant]:
     text = constant.value
-    scaled = _scaled(text) or ((text.instead(f"({text}) / 2"), text.instead(f"({text}) * 2")))
+    scaled = _scaled(text) or ((text.with_value(f"({text}) / 2"), text.with_value(f"({text}) * 2")))
     for word, value in zip(("halved", "doubled"), scaled, strict=True):
         what = f"`{constant.name}` is {value} instead of {text}"
         yield _Change(f"constant {word}", what, text.span), replace(constant, value=value)
@@ -129,7 +129,7 @@ def _of_capacity(capacity: doc.DocCapacity) -> Iterator[Variant]:
         for less in sorted({size // 2, size - 1} - {0}, reverse=True):
             what = f"the queue holds {less} instead of {size}"
             change = _Change("queue shortened", what, capacity.value.span)
-            yield change, replace(capacity, value=capacity.value.instead(str(less)))
+            yield change, replace(capacity, value=capacity.value.with_value(str(less)))
 
 
 def _scaled(text: Text) -> tuple[Text, Text] | None:
@@ -138,7 +138,7 @@ def _scaled(text: Text) -> tuple[Text, Text] | None:
     if match is None:
         return None
     half, twice = (f"{float(match[1]) * factor:.6f}".rstrip("0").rstrip(".") for factor in (0.5, 2))
-    return text.instead(half + match[2]), text.instead(twice + match[2])
+    return text.with_value(half + match[2]), text.with_value(twice + match[2])
 
 
 # --- states and transitions -----------------------------------------------------------------------
@@ -184,7 +184,7 @@ def _of_transition(
     for place, target in enumerate(transition.targets):
         for other in siblings.get(target.value, []):
             targets = list(transition.targets)
-            targets[place] = target.instead(other)
+            targets[place] = target.with_value(other)
             change = _Change("target moved", _moved(target.value, other), target.span, span)
             yield change, replace(transition, targets=tuple(targets))
     for change, content in _of_block(transition.content or ()):
@@ -201,9 +201,9 @@ def _of_guard(transition: doc.DocTransition) -> Iterator[Variant]:
         return
     owner = transition.span
     always = _Change("guard dropped", f"always instead of `{text}`", text.span, owner)
-    yield always, replace(transition, guard=text.instead("true"))
+    yield always, replace(transition, guard=text.with_value("true"))
     negated = _Change("guard negated", f"`not ({text})` instead of `{text}`", text.span, owner)
-    yield negated, replace(transition, guard=text.instead(f"not ({text})"))
+    yield negated, replace(transition, guard=text.with_value(f"not ({text})"))
 
 
 @telling

@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fsmkit.diagnostics.interrupts import held_interrupts
+from fsmkit.diagnostics.interrupts import hold_interrupts
 from fsmkit.verify.resources.deadline import TimeUp
 
 PATIENCE = 0.3
@@ -125,7 +125,7 @@ def _started(
 ) -> Iterator[subprocess.Popen[bytes]]:
     process: subprocess.Popen[bytes] | None = None
     try:
-        with held_interrupts():
+        with hold_interrupts():
             process = subprocess.Popen(
                 command,
                 cwd=folder,
@@ -138,7 +138,7 @@ def _started(
         yield process
     finally:
         if process is not None:
-            with held_interrupts():
+            with hold_interrupts():
                 _end(process)
             for pipe in (process.stdout, process.stderr):
                 if pipe is not None:

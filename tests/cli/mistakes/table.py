@@ -833,7 +833,7 @@ OTHERS = {
     "project: a misspelt rule": project(
         "unread-data",
         "unraed-data",
-        "there is no rule `unraed-data`",
+        "rule `unraed-data` does not exist",
         "did you mean `unread-data`?",
     ),
     "project: a level that is none": project(
@@ -885,7 +885,7 @@ COMMANDS: dict[str, tuple[list[str], int, str, str]] = {
     "a rule that is none": (
         ["check", "gate.yaml", "--error", "unraed-data"],
         2,
-        "there is no rule `unraed-data`",
+        "rule `unraed-data` does not exist",
         "did you mean `unread-data`?",
     ),
     "a file that is not there": (

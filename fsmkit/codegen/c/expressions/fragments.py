@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 
 CHOICE, OR, AND, BITS, COMPARE, SHIFT, SUM, PRODUCT, PREFIX, ATOM = range(1, 11)
 COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")
 LEVEL = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "%": PRODUCT}
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Fragment:
     """Printed text, how tightly it binds, its C type."""

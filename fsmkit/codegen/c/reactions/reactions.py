@@ -22,7 +22,7 @@ from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
-from fsmkit.diagnostics.frozen import quick
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Enter, Plan, Reaction, Region
@@ -35,7 +35,7 @@ FEW = 2
 """So many states are left one by one; more are left by the loop."""
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Step:
     """What one transition does."""
@@ -51,7 +51,7 @@ class Step:
         return (*self.record, *self.leave, *self.act, *self.enter)
 
 
-@quick
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Answer:
     """What a state does with an event; ``returns``: nothing is left to do after it."""

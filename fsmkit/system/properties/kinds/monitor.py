@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.chart import Chart, Event
 from fsmkit.diagnostics import Findings, Text
-from fsmkit.diagnostics.suggest import suggest
+from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import Direction, Trigger
 from fsmkit.document.keys import MONITOR
 from fsmkit.language import BOOL, Field, Storage, Type, Variable
@@ -71,7 +71,7 @@ class _Watch:
         """Read one line."""
         left, arrow, right = text.value.partition("->")
         match = SOURCE.fullmatch(left)
-        target = text.part(len(left) + 2, len(text.value)).stripped() if arrow else text
+        target = text.part(len(left) + 2, len(text.value)).strip() if arrow else text
         if match is None or not right.strip():
             self.findings.add(
                 "broken-connection", "a monitor watches `source -> name`", text, help=EXAMPLE

@@ -1,8 +1,8 @@
-"""Comments that allow a rule: ``# fsmkit: allow RULE``, in XML ``<!-- fsmkit: allow RULE -->``.
+"""Comments that suppress a rule: ``# fsmkit: allow RULE``, in XML ``<!-- fsmkit: allow RULE -->``.
 
-At the end of a line such a comment is about that line; alone on a line it is about the whole entry
-or element below it. ``allow-file`` before the first key, or the first element within the root, is
-about the file. Behind the rules, after another sign than a comma, there may be a reason.
+A comment at the end of a line covers that line. A comment alone on a line covers the whole entry or
+element below it. ``allow-file`` covers the file: it comes before the first key, or before the first
+element within the root. A reason may follow the rules, after any character but a comma.
 """
 
 from __future__ import annotations
@@ -29,31 +29,34 @@ LAST_LINE = 1 << 60
 
 
 @dataclass(frozen=True, slots=True)
-class Allow:
-    """A rule that a comment allows, and the lines that it is about."""
+class AllowComment:
+    """A rule that a comment suppresses, and the lines that the comment covers."""
 
     name: str
-    """A name or a code of a rule, as written."""
+    """The name or the code of the rule, as written."""
     span: Span = field(compare=False)
     lines: tuple[int, int]
-    """The first and the last; none where the comment stands in a wrong place."""
+    """The first and the last line, both included.
+
+    The range is empty if the comment is misplaced.
+    """
     place: int
     """The offset of the name in its source."""
     file: str
 
     def hides(self, rule: Rule, line: int) -> bool:
-        """Whether a finding of a rule on a line is hidden."""
+        """Return whether the comment suppresses a finding of `rule` on `line`."""
         return self.name in (rule.name, rule.code) and self.lines[0] <= line <= self.lines[1]
 
 
-USED: ContextVar[set[Allow] | None] = ContextVar("used", default=None)
-"""The comments that have hidden something, while that is counted."""
+USED: ContextVar[set[AllowComment] | None] = ContextVar("used", default=None)
+"""The comments that suppressed a finding, while `record_used` is active."""
 
 
 @contextmanager
-def counting() -> Iterator[set[Allow]]:
-    """Collect the comments that hide something."""
-    used: set[Allow] = set()
+def record_used() -> Iterator[set[AllowComment]]:
+    """Collect the comments that suppress a finding while the block runs."""
+    used: set[AllowComment] = set()
     token = USED.set(used)
     try:
         yield used
@@ -62,8 +65,8 @@ def counting() -> Iterator[set[Allow]]:
 
 
 def is_hidden(rule: Rule, span: Span) -> bool:
-    """Whether a comment allows a rule at a place."""
-    found = allows(span.source)
+    """Return whether a comment suppresses `rule` at `span`."""
+    found = allow_comments(span.source)
     if not found:
         return False
     line, _ = span.source.position(span.start)
@@ -75,19 +78,19 @@ def is_hidden(rule: Rule, span: Span) -> bool:
 
 
 @lru_cache(maxsize=64)
-def allows(source: Source) -> tuple[Allow, ...]:
-    """Return the comments of a text that allow rules, one for each rule."""
+def allow_comments(source: Source) -> tuple[AllowComment, ...]:
+    """Return the allow comments of a source, one item for each rule that they name."""
     text = source.text
     if MARK not in text:
         return ()
     is_xml = text.lstrip("\ufeff \t\r\n").startswith("<")
-    found: list[Allow] = []
+    found: list[AllowComment] = []
     for match in (XML if is_xml else YAML).finditer(text):
         line = source.position(match.start())[0]
         before = text[text.rfind("\n", 0, match.start()) + 1 : match.start()]
         if match["file"]:
             is_first = (
-                _is_first_of_xml(text, match.start()) if is_xml else _is_first(text, match.start())
+                _is_first_in_xml(text, match.start()) if is_xml else _is_first(text, match.start())
             )
             lines = (1, LAST_LINE) if is_first else (0, -1)
         elif before.strip():
@@ -100,25 +103,26 @@ def allows(source: Source) -> tuple[Allow, ...]:
         for name in NAME.finditer(match["names"]):
             first = start + name.start()
             span = Span(source, first, first + len(name[0]))
-            found.append(Allow(name[0], span, lines, first, source.name))
+            found.append(AllowComment(name[0], span, lines, first, source.name))
     return tuple(found)
 
 
 def _is_first(text: str, offset: int) -> bool:
-    """Whether only comments and marks of a document stand before an offset."""
+    """Return whether only comments and document markers precede `offset`."""
     lines = (line.strip("\ufeff \t\r") for line in text[:offset].split("\n"))
     return all(not line or line.startswith("#") or line == "---" for line in lines)
 
 
-def _is_first_of_xml(text: str, offset: int) -> bool:
+def _is_first_in_xml(text: str, offset: int) -> bool:
     tags = (tag[0] for tag in TAG.finditer(text[:offset]))
     return sum(not tag.startswith(("<!", "<?")) for tag in tags) <= 1
 
 
 def _entry(lines: list[str], number: int) -> tuple[int, int]:
-    """Return the lines of the entry below a comment on a one-based line.
+    """Return the first and last line of the YAML entry below a comment on line `number`.
 
-    It goes on as long as lines are further right, or are the list or the bracket that it ends in.
+    All lines count from one. The entry ends before the first line that is indented no further,
+    except for the items of its list and its closing bracket.
     """
     first = number
     while first < len(lines) and (not lines[first].strip() or lines[first].lstrip()[0] == "#"):
@@ -147,7 +151,7 @@ def _is_item(line: str) -> bool:
 
 
 def _element(source: Source, offset: int) -> tuple[int, int]:
-    """Return the lines of the element behind a comment."""
+    """Return the first and last line of the XML element after a comment."""
     depth, first = 0, 0
     for tag in TAG.finditer(source.text, offset):
         if tag[0].startswith(("<!", "<?")):

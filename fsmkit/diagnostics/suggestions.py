@@ -1,4 +1,4 @@
-"""What was probably meant by a name that is not known."""
+"""Suggestions for unknown names."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from difflib import get_close_matches
 from itertools import chain
 
 LONGEST = 100
-"""Characters; longer names are not compared, for comparing takes the square of their length."""
+"""Longer names are not compared (in characters): the comparison takes quadratic time."""
 MOST = 1_000
-"""So many names are compared in full; of more only those that begin alike."""
-ELSEWHERE = {
+"""Up to this many names are compared in full; above it, only those with the same two first letters.
+"""
+SYNONYMS = {
     "action": ("do", "script"),
     "actions": ("do", "script"),
     "condition": ("if", "cond"),
@@ -47,12 +48,13 @@ ELSEWHERE = {
     "when": ("if", "cond"),
     "wires": ("connect",),
 }
-"""Keys, elements and attributes as other tools or the other notation call them, without case and
-underscores, with what has that meaning here: the first of it that may stand where they do."""
+"""Keys, elements and attributes of other tools or of the other notation, in lower case and without
+underscores, with the keys of the same meaning here. The first key that is allowed in the context is
+suggested."""
 
 
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most like one, None if none is."""
+def nearest_name(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is most similar to `name`, or None if none is similar."""
     if len(name) > LONGEST:
         return None
     candidates = sorted(k for k in known if len(k) <= LONGEST)
@@ -63,37 +65,37 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
-class Meant(str):
-    """Advice that names what was probably meant for a wrong name."""
+class NameSuggestion(str):
+    """Advice that suggests ``name`` for an unknown name ``wrong``."""
 
     __slots__ = ("name", "wrong")
     name: str
     wrong: str
 
 
-def did_you_mean(name: str, wrong: str) -> Meant:
-    """Return the advice to write another name."""
-    advice = Meant(f"did you mean `{name}`?")
+def suggest_name(name: str, wrong: str) -> NameSuggestion:
+    """Return the advice to write `name` instead of `wrong`."""
+    advice = NameSuggestion(f"did you mean `{name}`?")
     advice.name, advice.wrong = name, wrong
     return advice
 
 
 def suggest_key(name: str, known: Collection[str], otherwise: str) -> str:
-    """Return which key was meant by one that may not stand here: by meaning, else by form."""
-    near = called_elsewhere(name, known) or nearest(name, known)
-    return did_you_mean(near, name) if near else otherwise
+    """Suggest a key for one that is not allowed: a synonym, else a similar name."""
+    near = find_synonym(name, known) or nearest_name(name, known)
+    return suggest_name(near, name) if near else otherwise
 
 
-def called_elsewhere(name: str, known: Iterable[str]) -> str | None:
-    """Return the key that has the meaning of another; case, ``_`` and prefixes do not count."""
+def find_synonym(name: str, known: Iterable[str]) -> str | None:
+    """Return the known key that is a synonym; case, ``_`` and prefixes are ignored."""
     by_form = {word.rpartition(":")[2]: word for word in known}
-    wanted = name.rpartition(":")[2].replace("_", "").replace("-", "").lower()
-    same = (word for form, word in by_form.items() if form.lower() == wanted)
-    meant = (by_form[word] for word in ELSEWHERE.get(wanted, ()) if word in by_form)
-    return next(chain(same, meant), None)
+    key = name.rpartition(":")[2].replace("_", "").replace("-", "").lower()
+    same = (word for form, word in by_form.items() if form.lower() == key)
+    synonyms = (by_form[word] for word in SYNONYMS.get(key, ()) if word in by_form)
+    return next(chain(same, synonyms), None)
 
 
 def suggest(name: str, known: Iterable[str], otherwise: str | None = None) -> str | None:
     """Return ``did you mean `...`?`` for the nearest known name, else ``otherwise``."""
-    near = nearest(name, known)
-    return did_you_mean(near, name) if near else otherwise
+    near = nearest_name(name, known)
+    return suggest_name(near, name) if near else otherwise

@@ -1,4 +1,4 @@
-"""Texts that are split where no quotes and no brackets are around."""
+"""Split texts at separators outside quotes and brackets."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fsmkit.diagnostics.source import Text
 
 
 def split_outside(text: Text, separator: str) -> Iterator[Text]:
-    """Yield the parts of a text between separators outside of quotes and brackets, at least one."""
+    """Yield the parts of `text` between separators outside quotes and brackets, at least one."""
     depth, start, quote = 0, 0, ""
     for place, char in enumerate(text.value):
         if quote:
