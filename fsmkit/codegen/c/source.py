@@ -16,14 +16,15 @@ from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.deferral import print_is_deferred, print_is_kept
-from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.form_printer import FormPrinter
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.grid import GridPrinter
 from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.steps import StepPrinter
-from fsmkit.codegen.c.small.plain import small_printer
+from fsmkit.codegen.c.reactions.straight import StraightPrinter
+from fsmkit.codegen.c.small.tables import TablePrinter
 from fsmkit.language import RecordType
 
 
@@ -41,19 +42,16 @@ class SourcePrinter:
         self.content = content
         self.guards = Unit()
         self.selection = SelectionPrinter(names, content, self.guards)
-        self.moves = (
-            small_printer(names, content, self.selection)
-            if names.options.is_small
-            else MovePrinter(names, content, self.selection)
-        )
+        kind = TablePrinter if names.options.is_small else StraightPrinter
+        self.form: FormPrinter = kind(names, content, self.selection)
         self.invocation = InvocationPrinter(names, content)
-        self.reactions = ReactionPrinter(names, content, self.moves, self.selection)
+        self.reactions = ReactionPrinter(names, content, self.form, self.selection)
         self.answers = Unit()
         """Functions that answer events, which the loop calls."""
         self.states = Unit()
         self.selectors = Unit()
         self.steps = Unit()
-        self.moves.print_states(self.states)
+        self.form.print_states(self.states)
         self._print_selection()
         self._print_start()
 
@@ -156,7 +154,7 @@ class SourcePrinter:
         reactions = self.reactions
         reactions.print_eventless(self.answers)
         if reactions.decisions.is_general:
-            self.moves.print_general(self.states)
+            self.form.print_general(self.states)
             self._select(out)
         print_is_deferred(out, names)
         if names.does.defers and not reactions.decisions.has_straight:
@@ -179,10 +177,10 @@ class SourcePrinter:
             reactions.print_by_event(self.answers)
 
     def _select(self, out: Unit) -> None:
-        self.moves.print_selection(out)
+        self.form.print_selection(out)
         if not self.names.plan.is_single:
             print_pieces(out, self.names, "selection", "selection", "add")
-        self.moves.print_selectors(out)
+        self.form.print_selectors(out)
 
     def _print_start(self) -> None:
         out, names = self.steps, self.names
@@ -193,7 +191,7 @@ class SourcePrinter:
             names,
             self.content,
             self.selection,
-            self.moves,
+            self.form,
             self.reactions,
             self.answers,
             self.invocation,

@@ -41,7 +41,22 @@ class ActionPrinter:
         self.content = content
         self.own = names.own
 
-    def actions(self, out: Emitter, actions: Iterable[Action], what: str) -> None:
+    def exit_actions(self, out: Emitter, state: int) -> None:
+        """Print what is done when a state is exited."""
+        self.print(out, self.plan.leaving[state], "exit of " + self.chart.states[state].id)
+
+    def entry_actions(self, out: Emitter, state: int) -> None:
+        """Print what is done when a state is entered, once its histories are forgotten."""
+        actions = (each for each in self.plan.entering[state] if not isinstance(each, Forget))
+        self.print(out, actions, "entry of " + self.chart.states[state].id)
+
+    def take_content(self, out: Emitter, transition: int) -> None:
+        """Print the hook and the content of a default transition."""
+        out.line(f"{self.names.hook('TAKE')}(m, {transition}u);")
+        content = self.chart.transitions[transition].content
+        self.content.block(out, content, (), f"transition {transition}")
+
+    def print(self, out: Emitter, actions: Iterable[Action], what: str) -> None:
         """Print actions in their order; ``what`` they are, for comments."""
         for action in actions:
             match action:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
-from fsmkit.codegen.c.reactions.reactions import Lines, ReactionPrinter
+from fsmkit.codegen.c.reactions.form_printer import Lines
+from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.emit import Emitter
 
 

@@ -19,17 +19,16 @@ from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
-from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.form_printer import FormPrinter, Lines
 from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Enter, Plan, Reaction, Region
-from fsmkit.plan.operations import Leave, LeaveRegion
+from fsmkit.plan.operations import Leave
 from fsmkit.plan.selection import Candidate, Concurrency
 
-Lines = tuple[str, ...]
 HANDLED = "return FSM_HANDLED;"
 FEW = 2
 """So many states are left one by one; more are left by the loop."""
@@ -78,7 +77,7 @@ class ReactionPrinter:
         self,
         names: Names,
         content: ContentPrinter,
-        moves: MovePrinter,
+        form: FormPrinter,
         selection: SelectionPrinter,
     ) -> None:
         """Print with these."""
@@ -88,7 +87,7 @@ class ReactionPrinter:
         self.own = names.own
         self._ignored = f"return {names.own}_unhandled(m, cause);"
         self._content = content
-        self.moves = moves
+        self.form = form
         self._selection = selection
         self._acts: dict[int, Lines] = {}
         self._stopping: dict[int, list[int]] = {}
@@ -113,15 +112,15 @@ class ReactionPrinter:
     def step(self, transition: Transition) -> Step:
         """Return what a transition does."""
         if self.names.form is Form.TABLES:
-            verb = "take" if self.plan.is_single else "take_one"
-            return Step(act=(f"{self.own}_{verb}(m, {self.moves.number(transition.index)}u);",))
+            number = self.form.numbers(transition.index)[0]
+            return Step(act=(self.form.take_call(f"{number}u"),))
         *others, last = self.plan.reactions[transition.index]
         if not others:
             return self._step(transition, last)
         out = Emitter()
         word = "if"
         for reaction in others:
-            tests = " && ".join(map(self.moves.within, reaction.conditions))
+            tests = " && ".join(map(self.form.histories.within, reaction.conditions))
             with out.block(f"{word} ({tests}) {{"):
                 out.lines(self._step(transition, reaction).lines)
             word = "else if"
@@ -137,27 +136,16 @@ class ReactionPrinter:
         states = [op.state for op in reaction.leave if isinstance(op, Leave)]
         is_loop = not 0 < len(states) <= FEW
         if not (is_loop and self.plan.is_single):  # the loop records what it leaves
-            self.moves.record_all(record, reaction.record)
+            self.form.histories.record_all(record, reaction.record)
         if is_loop:
-            leave.line(self.moves.leave_below(reaction.domain))
+            leave.line(self.form.exit_below_call(reaction.domain))
         else:
-            self._leave(leave, reaction)
+            self.form.exit_listed(leave, reaction)
             first = reaction.enter[0] if reaction.enter else None
             if not is_plain(transition.content) or not isinstance(first, Enter):
-                leave.line(self.moves.set_active(reaction.domain))
-        self.moves.ops(enter, reaction.enter)
+                leave.line(self.form.set_active(reaction.domain))
+        self.form.entry(enter, reaction.enter)
         return Step(record.collected(), leave.collected(), act, enter.collected())
-
-    def _leave(self, out: Emitter, reaction: Reaction) -> None:
-        """Print that states are left one by one."""
-        deepest = self.chart.transitions[reaction.transition].source
-        for op in reaction.leave:
-            if isinstance(op, LeaveRegion):
-                out.line(self.moves.leave_all(self.plan.regions[op.region]))
-            elif isinstance(op, Leave):
-                if op.state != deepest and self.moves.is_seen(op.state):
-                    out.line(self.moves.set_active(op.state))
-                out.lines(self.moves.exit_call(op.state))
 
     def _act(self, transition: Transition) -> Lines:
         if transition.index not in self._acts:

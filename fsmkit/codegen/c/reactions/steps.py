@@ -8,7 +8,7 @@ from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
-from fsmkit.codegen.c.reactions.entry_sets import MovePrinter
+from fsmkit.codegen.c.reactions.form_printer import FormPrinter
 from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
@@ -26,7 +26,7 @@ class StepPrinter:
         names: Names,
         content: ContentPrinter,
         selection: SelectionPrinter,
-        moves: MovePrinter,
+        form: FormPrinter,
         reactions: ReactionPrinter,
         answers: Unit,
         invocation: InvocationPrinter,
@@ -36,7 +36,7 @@ class StepPrinter:
         self.chart = names.chart
         self.content = content
         self.selection = selection
-        self.moves = moves
+        self.form = form
         self.reactions = reactions
         self.answers = answers
         self.invocation = invocation
@@ -50,7 +50,7 @@ class StepPrinter:
         self.timeouts.answers(timeouts)
         self.invocation.print_steps(out)
         if self.names.is_invoked and self.chart.done is not None:
-            self.moves.tell_end(out, self.chart.done)
+            self.form.actions.tell_end(out, self.chart.done)
         self._loop(out)
         self.invocation.print_timers(out)
         self.timeouts.print(out, timeouts)
@@ -81,7 +81,7 @@ class StepPrinter:
             "SELF_REJECTS_POSTS": names.rejects_posts,
             "SELF_REFUSES": names.refuses,
             "SELF_ACTED": "acted" if names.does.loops else "false",
-            "SELF_LEAVE_MACHINE": [self.moves.leave_machine()],
+            "SELF_LEAVE_MACHINE": [self.form.exit_machine_call()],
             "SELF_WAITING": self.invocation.waiting if names.invoking else "",
         }
         steps = [
@@ -118,7 +118,7 @@ class StepPrinter:
         if names.does.eventless or names.does.raises:
             pieces("may_go_on")
         if decisions.is_general:
-            self.moves.print_take(out)
+            self.form.print_take(out)
             if not single:
                 pieces("take_one")
         if decisions.eventless is Concurrency.PREEMPTING:
@@ -151,7 +151,7 @@ class StepPrinter:
         assert chart.root.initial is not None  # noqa: S101
         initial = chart.transitions[chart.root.initial]
         self.content.block(out, initial.content, (), "initial transition")
-        self.moves.ops(out, self.names.plan.start)
+        self.form.entry(out, self.names.plan.start)
 
     def _start_function(self, out: Unit, content: Emitter) -> None:
         names = self.names
@@ -171,7 +171,7 @@ class StepPrinter:
             print_macrostep(out, names, "FSM_START, 0", content.collected())
         out.line()
         if names.is_invoked:
-            parts = {"SELF_LEAVE_MACHINE": [self.moves.leave_machine()]}
+            parts = {"SELF_LEAVE_MACHINE": [self.form.exit_machine_call()]}
             print_pieces(out, names, "invocation", "abandon", parts=parts)
 
     def _begin_anew(self, out: Emitter) -> None:

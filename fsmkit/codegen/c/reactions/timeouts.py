@@ -60,7 +60,7 @@ class TimeoutPrinter:
         if not timed:
             return
         bodies = {t.index: self._body(t) for t in timed}
-        done, before = self.reactions.moves.merge_timeouts(bodies)
+        done, before = self.reactions.form.merge_timeouts(bodies)
         out.lines(before)
         with out.block("switch (timer.what) {"):
             for members, lines in done:
@@ -76,7 +76,7 @@ class TimeoutPrinter:
         """Return what a timer does when it expires: it takes the first enabled transition."""
         out = Emitter()
         if timer.trigger is Trigger.EVERY:
-            out.line(self.reactions.moves.arm(timer.index))
+            out.line(self.reactions.form.actions.arm(timer.index))
         running: list[str] = []
         is_open = False
         for t in self.chart.alternatives[timer.index]:

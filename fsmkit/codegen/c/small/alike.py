@@ -49,10 +49,6 @@ class Alike:
         self._groups = names.plan.instances.groups
         self._defined: Defined = {}
 
-    def copies(self, places: Sequence[Instance | None]) -> list[int]:
-        """Return the numbers of copies; 0 outside of them."""
-        return [0 if place is None else place.copy for place in places]
-
     def merge(
         self,
         bodies: Mapping[int, Lines],
