@@ -1,4 +1,4 @@
-"""What entering one state consists of, and what leaving it does, beside its number."""
+"""The actions of entering and of exiting one state, beside the change of its number."""
 
 from __future__ import annotations
 

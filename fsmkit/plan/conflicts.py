@@ -1,4 +1,4 @@
-"""Which transitions exclude each other, as sets: Appendix D, removeConflictingTransitions.
+"""Conflicts between transitions, as sets: Appendix D, removeConflictingTransitions.
 
 Exit sets meet where one domain is the other or an ancestor of it: both are active and compound.
 """

@@ -1,4 +1,4 @@
-"""What a machine can enter at all."""
+"""The states that a machine can enter."""
 
 from __future__ import annotations
 

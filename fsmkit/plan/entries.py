@@ -1,6 +1,6 @@
-"""What is entered: Appendix D, computeEntrySet, carried out when compiling.
+"""Entry sets: Appendix D, computeEntrySet, carried out when compiling.
 
-Only whether a history is recorded, and what it holds, is left to be asked at run time.
+Only whether a history is recorded, and what it holds, is left to be tested at run time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is left when a transition is taken, and which histories record it: Appendix D, exitStates.
+"""Exit sets of transitions, and the histories that record them: Appendix D, exitStates.
 
 While the source of a transition is active, all states around it are. Which states below it are
 active, and which in other regions, is known at run time only.

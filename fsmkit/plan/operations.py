@@ -172,7 +172,7 @@ class Leave:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class LeaveRegion:
-    """Leave all that is active in a region of a parallel state, innermost first."""
+    """Leave all active states in a region of a parallel state, innermost first."""
 
     region: int
 
@@ -180,7 +180,7 @@ class LeaveRegion:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class LeaveBelow:
-    """Leave all that is active strictly below a domain, innermost first.
+    """Leave all active states strictly below a domain, innermost first.
 
     ``top``: the child of the domain that is active, the source or a state around it.
     """
@@ -206,7 +206,7 @@ class Record:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """What a history records of a region: its number, or which of some states is active in it.
+    """The record of a region by a history: its number, or which of some states is active in it.
 
     ``states`` are None for the number. One state alone is always the active one.
     """

@@ -1,4 +1,4 @@
-"""What a recorded history enters: by the number of each region, or by sets of states."""
+"""The states that a recorded history enters: by the number of each region, or by sets of states."""
 
 from __future__ import annotations
 

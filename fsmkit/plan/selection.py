@@ -1,4 +1,4 @@
-"""Which transitions an event can enable, in the order in which they are tried.
+"""The candidates for each state and event, in the order in which they are tried.
 
 Appendix D, selectTransitions, as far as it is known when compiling: for each state and event the
 candidates, whether a state defers the event instead, and whether several of them can be taken at
@@ -26,7 +26,7 @@ class Concurrency(Enum):
 
     NONE = auto()
     SINGLE_REGION = auto()
-    """At most one; all begin in one region."""
+    """At most one; all start in one region."""
     INDEPENDENT = auto()
     """Several at once, each within a region of its own."""
     PREEMPTING = auto()

@@ -95,7 +95,7 @@ class Paths:
     def _note_end(self, end: int) -> None:
         for length in range(1, SUFFIX + 1):
             ends = self._ends.setdefault(tuple(self.codes[max(0, end - length) : end]), [])
-            if length == SUFFIX or not ends:  # all that end with a shorter one are the same path
+            if length == SUFFIX or not ends:  # paths that end with a shorter suffix are equal
                 ends.append(end)
 
     def _find(self, path: list[int]) -> int:
@@ -167,14 +167,14 @@ class Tables:
     paths: Paths
 
     def path_of(self, transition: int) -> int:
-        """Return where the path of a transition begins; 0 in compact tables if it stays."""
+        """Return where the path of a transition starts; 0 in compact tables if it stays."""
         domain = self.plan.variants[transition][-1].domain
         if self.is_compact and domain is None:
             return 0
         return self.path_at(self.plan.variants[transition][-1].entry, domain)
 
     def path_at(self, ops: Ops, domain: int | None) -> int:
-        """Return where the path of operations below a domain begins."""
+        """Return where the path of operations below a domain starts."""
         return self.paths.at(ops, domain if self.is_compact else None)
 
 
