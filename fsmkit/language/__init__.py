@@ -14,7 +14,7 @@ from fsmkit.language.evaluation import evaluate, store
 from fsmkit.language.folding import fold, fold_location
 from fsmkit.language.format import SourcePrinter, spell, spell_value
 from fsmkit.language.notation import read_duration, read_type
-from fsmkit.language.printing import ExprPrinter, Fragment, Spelling
+from fsmkit.language.printing import ExprPrinter, Fragment, Operator, Walk
 from fsmkit.language.scope import Scope, Signature
 from fsmkit.language.tree import (
     Apply,
@@ -120,13 +120,13 @@ __all__ = [
     "Location",
     "Member",
     "Numbers",
+    "Operator",
     "Overflow",
     "RangeFault",
     "RecordType",
     "Scope",
     "Signature",
     "SourcePrinter",
-    "Spelling",
     "Storage",
     "SymbolType",
     "Type",
@@ -134,6 +134,7 @@ __all__ = [
     "UnaryOp",
     "Value",
     "Variable",
+    "Walk",
     "Watched",
     "can_convert",
     "convert",

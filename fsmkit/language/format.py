@@ -15,7 +15,7 @@ from fsmkit.language.printing import (
     ATOM,
     ExprPrinter,
     Fragment,
-    Spelling,
+    Operator,
     left_assoc,
     non_assoc,
     prefix,
@@ -64,21 +64,21 @@ class SourcePrinter(ExprPrinter):
 
     tick: int = 1000
 
-    unary: ClassVar[Mapping[tree.UnaryOp, Spelling]] = {
+    unary: ClassVar[Mapping[tree.UnaryOp, Operator]] = {
         tree.UnaryOp.NOT: prefix("not ", DENIAL, DENIAL),
         tree.UnaryOp.NEGATE: prefix("-", PREFIX, PREFIX),
         tree.UnaryOp.INVERT: prefix("~", PREFIX, PREFIX),
     }
-    binary: ClassVar[Mapping[tree.BinaryOp, Spelling]] = {
+    binary: ClassVar[Mapping[tree.BinaryOp, Operator]] = {
         tree.BinaryOp.OR: left_assoc("or", 2),
         tree.BinaryOp.AND: left_assoc("and", 3),
         tree.BinaryOp.BIT_OR: left_assoc("|", 5),
         tree.BinaryOp.BIT_XOR: left_assoc("^", 6),
         tree.BinaryOp.BIT_AND: left_assoc("&", 7),
-        tree.BinaryOp.EQ: Spelling(
+        tree.BinaryOp.EQ: Operator(
             "==", 8, 10, 10
         ),  # a comparison of a comparison needs parentheses
-        tree.BinaryOp.NE: Spelling("!=", 8, 10, 10),
+        tree.BinaryOp.NE: Operator("!=", 8, 10, 10),
         tree.BinaryOp.LT: non_assoc("<", 9),
         tree.BinaryOp.LE: non_assoc("<=", 9),
         tree.BinaryOp.GT: non_assoc(">", 9),

@@ -1,47 +1,71 @@
-"""Expressions as infix text: a target supplies the spellings, this module the walk."""
+"""Expressions as infix text: a language supplies its notation, this module the walk."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, assert_never
+from typing import ClassVar, Generic, TypeVar
 
+from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.language import tree
 
 ATOM = 100
 """How tightly a name, a call or anything in brackets binds."""
+HOOKS: Mapping[type, str] = {
+    tree.Literal: "literal",
+    tree.Variable: "variable",
+    tree.EventField: "event_field",
+    tree.EventName: "event_name",
+    tree.EventType: "event_name",
+    tree.InState: "in_state",
+    tree.Unary: "prefixed",
+    tree.Binary: "infix",
+    tree.Conditional: "conditional",
+    tree.Element: "element",
+    tree.Member: "member",
+    tree.Apply: "apply",
+    tree.Call: "call",
+    tree.CallFunction: "call_function",
+    tree.Checked: "checked",
+    tree.Convert: "convert",
+    tree.Invalid: "invalid",
+    tree.Watched: "watched",
+    tree.Decided: "watched",
+}
+"""The method that prints a node of each class."""
 
 
 @dataclass(frozen=True, slots=True)
-class Spelling:
-    """How an operator is written, how tightly it binds, and what each operand slot accepts.
+class Operator:
+    """An operator: its symbol, how tightly it binds, and what each operand slot accepts.
 
     An operand is parenthesised when it binds less tightly than its slot requires. ``left`` and
-    ``right`` may ask for more than the grammar of the target does, to keep compilers quiet.
+    ``right`` may require more than the grammar of the language does, to keep compilers quiet.
     """
 
-    text: str
+    symbol: str
     binds: int
     left: int
     right: int
 
 
-def left_assoc(text: str, binds: int) -> Spelling:
-    """Spell an operator for which ``a - b - c`` means ``(a - b) - c``."""
-    return Spelling(text, binds, binds, binds + 1)
+def left_assoc(text: str, binds: int) -> Operator:
+    """Return an operator for which ``a - b - c`` means ``(a - b) - c``."""
+    return Operator(text, binds, binds, binds + 1)
 
 
-def non_assoc(text: str, binds: int) -> Spelling:
-    """Spell an operator that must not meet itself without parentheses."""
-    return Spelling(text, binds, binds + 1, binds + 1)
+def non_assoc(text: str, binds: int) -> Operator:
+    """Return an operator whose operands need parentheses where they are such operators."""
+    return Operator(text, binds, binds + 1, binds + 1)
 
 
-def prefix(text: str, binds: int, operand: int) -> Spelling:
-    """Spell a prefix operator."""
-    return Spelling(text, binds, operand, operand)
+def prefix(text: str, binds: int, operand: int) -> Operator:
+    """Return a prefix operator."""
+    return Operator(text, binds, operand, operand)
 
 
+@fast_init
 @dataclass(frozen=True, slots=True)
 class Fragment:
     """Printed text and how tightly it binds."""
@@ -54,129 +78,121 @@ class Fragment:
         return self.text if self.binds >= required else f"({self.text})"
 
 
-class ExprPrinter(ABC):
-    """Prints expressions for one target.
+Printed = TypeVar("Printed")
+"""A printed expression: its text, and what the language has to know to use it as an operand."""
 
-    Operators go by the tables ``unary`` and ``binary``; override `prefixed` or `infix` where the
-    target has no operator of that meaning for those types.
+
+class Walk(ABC, Generic[Printed]):
+    """Prints expressions: one method for each class of node, which a language implements."""
+
+    def fragment(self, expr: tree.Expr) -> Printed:
+        """Return an expression as an operand of others."""
+        found: Printed = getattr(self, HOOKS[expr.__class__])(expr)
+        return found
+
+    def watched(self, expr: tree.Watched | tree.Decided) -> Printed:
+        """Print a counted condition, or a counted guard; by default it is not counted."""
+        return self.fragment(expr.operand)
+
+    @abstractmethod
+    def literal(self, expr: tree.Literal) -> Printed:
+        """Print a constant."""
+
+    @abstractmethod
+    def variable(self, expr: tree.Variable) -> Printed:
+        """Print a variable."""
+
+    @abstractmethod
+    def event_field(self, expr: tree.EventField) -> Printed:
+        """Print a field of the current event's payload."""
+
+    @abstractmethod
+    def event_name(self, expr: tree.EventName) -> Printed:
+        """Print the name of the current event, or its type (`EventType`)."""
+
+    @abstractmethod
+    def in_state(self, expr: tree.InState) -> Printed:
+        """Print a state test."""
+
+    @abstractmethod
+    def prefixed(self, expr: tree.Unary) -> Printed:
+        """Print an operator of one operand."""
+
+    @abstractmethod
+    def infix(self, expr: tree.Binary) -> Printed:
+        """Print an operator of two operands."""
+
+    @abstractmethod
+    def conditional(self, expr: tree.Conditional) -> Printed:
+        """Print a choice of two values."""
+
+    @abstractmethod
+    def element(self, expr: tree.Element) -> Printed:
+        """Print an element of an array."""
+
+    @abstractmethod
+    def member(self, expr: tree.Member) -> Printed:
+        """Print a field of a record."""
+
+    @abstractmethod
+    def apply(self, expr: tree.Apply) -> Printed:
+        """Print ``min``, ``max`` or ``abs``."""
+
+    @abstractmethod
+    def call(self, expr: tree.Call) -> Printed:
+        """Print a call of an operation."""
+
+    @abstractmethod
+    def call_function(self, expr: tree.CallFunction) -> Printed:
+        """Print a call of a function of the chart."""
+
+    @abstractmethod
+    def checked(self, expr: tree.Checked) -> Printed:
+        """Print a number as a value of a type that may lack it."""
+
+    @abstractmethod
+    def convert(self, expr: tree.Convert) -> Printed:
+        """Print a value converted to a type."""
+
+    @abstractmethod
+    def invalid(self, expr: tree.Invalid) -> Printed:
+        """Print an expression that cannot be evaluated."""
+
+
+class ExprPrinter(Walk[Fragment]):
+    """Prints expressions of a language that has the operators of the tables.
+
+    Override `prefixed` or `infix` where an operator has another meaning for some types.
     """
 
-    unary: ClassVar[Mapping[tree.UnaryOp, Spelling]]
-    binary: ClassVar[Mapping[tree.BinaryOp, Spelling]]
+    unary: ClassVar[Mapping[tree.UnaryOp, Operator]]
+    binary: ClassVar[Mapping[tree.BinaryOp, Operator]]
 
     def print(self, expr: tree.Expr) -> str:
-        """Return an expression as text of the target."""
+        """Return an expression as text of the language."""
         return self.fragment(expr).text
-
-    def fragment(self, expr: tree.Expr) -> Fragment:
-        """Return an expression as text that can stand inside more text."""
-        match expr:
-            case tree.Literal():
-                return self.literal(expr)
-            case tree.Variable():
-                return self.variable(expr)
-            case tree.EventField():
-                return self.event_field(expr)
-            case tree.EventName():
-                return self.event_name(expr)
-            case tree.InState():
-                return self.in_state(expr)
-            case tree.Unary():
-                return self.prefixed(expr)
-            case tree.Binary():
-                return self.infix(expr)
-            case tree.Conditional():
-                return self.conditional(expr)
-            case tree.Element():
-                return self.element(expr)
-            case tree.Member():
-                return self.member(expr)
-            case tree.Apply():
-                return self.apply(expr)
-            case tree.Call():
-                return self.call(expr)
-            case tree.CallFunction():
-                return self.call_function(expr)
-            case tree.Checked():
-                return self.checked(expr)
-            case tree.Convert():
-                return self.convert(expr)
-            case tree.Invalid():
-                return self.invalid(expr)
-            case tree.Watched(operand) | tree.Decided(operand):
-                return self.fragment(operand)
-            case _:
-                assert_never(expr)
 
     def arguments(self, arguments: tuple[tree.Expr, ...]) -> str:
         """Print a list of arguments, without its brackets."""
-        return ", ".join(self.print(argument) for argument in arguments)
+        return ", ".join([self.fragment(argument).text for argument in arguments])
 
     def prefixed(self, expr: tree.Unary) -> Fragment:
         """Print an operator of one operand."""
         how = self.unary[expr.op]
-        return Fragment(how.text + self.fragment(expr.operand).at_least(how.right), how.binds)
+        return Fragment(how.symbol + self.fragment(expr.operand).at_least(how.right), how.binds)
 
     def infix(self, expr: tree.Binary) -> Fragment:
         """Print an operator of two operands."""
         how = self.binary[expr.op]
         left = self.fragment(expr.left).at_least(how.left)
         right = self.fragment(expr.right).at_least(how.right)
-        return Fragment(f"{left} {how.text} {right}", how.binds)
+        return Fragment(f"{left} {how.symbol} {right}", how.binds)
 
     def element(self, expr: tree.Element) -> Fragment:
         """Print an element of an array, unchecked."""
         array = self.fragment(expr.array).at_least(ATOM)
-        return Fragment(f"{array}[{self.print(expr.index)}]")
+        return Fragment(f"{array}[{self.fragment(expr.index).text}]")
 
     def member(self, expr: tree.Member) -> Fragment:
         """Print a field of a record."""
         return Fragment(f"{self.fragment(expr.record).at_least(ATOM)}.{expr.name}")
-
-    @abstractmethod
-    def literal(self, expr: tree.Literal) -> Fragment:
-        """Print a constant."""
-
-    @abstractmethod
-    def variable(self, expr: tree.Variable) -> Fragment:
-        """Print a variable."""
-
-    @abstractmethod
-    def event_field(self, expr: tree.EventField) -> Fragment:
-        """Print a field of the payload being handled."""
-
-    @abstractmethod
-    def event_name(self, expr: tree.EventName) -> Fragment:
-        """Print the name of the event being handled, or its type."""
-
-    @abstractmethod
-    def in_state(self, expr: tree.InState) -> Fragment:
-        """Print a state test."""
-
-    @abstractmethod
-    def conditional(self, expr: tree.Conditional) -> Fragment:
-        """Print a choice of two values."""
-
-    @abstractmethod
-    def apply(self, expr: tree.Apply) -> Fragment:
-        """Print ``min``, ``max`` or ``abs``."""
-
-    @abstractmethod
-    def call(self, expr: tree.Call) -> Fragment:
-        """Print a call of an operation."""
-
-    @abstractmethod
-    def call_function(self, expr: tree.CallFunction) -> Fragment:
-        """Print a call of a function of the chart."""
-
-    @abstractmethod
-    def checked(self, expr: tree.Checked) -> Fragment:
-        """Print a number as a value of a type that it may not have."""
-
-    @abstractmethod
-    def convert(self, expr: tree.Convert) -> Fragment:
-        """Print a value brought into a type."""
-
-    @abstractmethod
-    def invalid(self, expr: tree.Invalid) -> Fragment:
-        """Print what cannot be evaluated."""

@@ -9,9 +9,10 @@ import fsmkit.language as lang
 from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.codegen.javascript.expressions import Printer, place_of
+from fsmkit.codegen.javascript.expressions import Printer
 from fsmkit.emit import Emitter, legal
 from fsmkit.emit.javascript import member, quoted
+from fsmkit.language.evaluation import field_position
 from fsmkit.plan.features import payload_of
 
 ROUTES = {
@@ -145,7 +146,7 @@ class ContentPrinter:
             case lang.Member(record, name):
                 assert isinstance(record, lang.Variable | lang.Element | lang.Member)  # noqa: S101
                 held = self.printer.print(record)
-                at = str(place_of(record.type, name))
+                at = str(field_position(record.type, name))
                 self._store(record, f"rt.changed({held}, {at}, {value})")
             case _:
                 assert_never(location)

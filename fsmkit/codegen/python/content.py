@@ -12,12 +12,13 @@ from fsmkit.chart.analysis.effects import can_break_off, can_fail
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import written
 from fsmkit.chart.forms import form
-from fsmkit.codegen.python.expressions import Printer, place, spell
+from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
 from fsmkit.emit.identifiers import legal
 from fsmkit.emit.python import quoted
+from fsmkit.language.evaluation import field_position
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import root
 
@@ -195,7 +196,7 @@ class ContentPrinter:
             case lang.Element(array):
                 return f"{self._place(array, printer)}[{printer.index(location)}]"
             case lang.Member(record, name):
-                return f"{self._place(record, printer)}[{place(record.type, name)}]"
+                return f"{self._place(record, printer)}[{field_position(record.type, name)}]"
             case _:
                 raise AssertionError(location)
 

@@ -7,301 +7,232 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import assert_never
+from typing import ClassVar, assert_never
 
 import fsmkit.language as lang
 from fsmkit.chart.analysis.effects import is_inside
-from fsmkit.chart.analysis.ranges import raw_range, within
+from fsmkit.chart.analysis.ranges import raw_range
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
-from fsmkit.diagnostics.fast_init import fast_init
+from fsmkit.language.evaluation import field_position
+from fsmkit.language.printing import ATOM, ExprPrinter, Fragment, Operator, left_assoc, prefix
+from fsmkit.language.values import part_types
+from fsmkit.plan.values import bounding, count_width, lowered, wrapping_bounds
 
-CHOICE, OR, AND, NOT, COMPARE, BITOR, BITXOR, BITAND, SHIFT, SUM, PRODUCT, SIGN, ATOM = range(1, 14)
-
-INFIX: Mapping[lang.BinaryOp, tuple[str, int, int, int]] = {
-    # the text, how tightly it binds, and what its left and right operands must at least
-    lang.BinaryOp.OR: ("or", OR, OR, AND),
-    lang.BinaryOp.AND: ("and", AND, AND, NOT),
-    lang.BinaryOp.EQ: ("==", COMPARE, BITOR, BITOR),
-    lang.BinaryOp.NE: ("!=", COMPARE, BITOR, BITOR),
-    lang.BinaryOp.LT: ("<", COMPARE, BITOR, BITOR),
-    lang.BinaryOp.LE: ("<=", COMPARE, BITOR, BITOR),
-    lang.BinaryOp.GT: (">", COMPARE, BITOR, BITOR),
-    lang.BinaryOp.GE: (">=", COMPARE, BITOR, BITOR),
-    lang.BinaryOp.BIT_OR: ("|", BITOR, BITOR, BITXOR),
-    lang.BinaryOp.BIT_XOR: ("^", BITXOR, BITXOR, BITAND),
-    lang.BinaryOp.BIT_AND: ("&", BITAND, BITAND, SHIFT),
-    lang.BinaryOp.SHIFT_LEFT: ("<<", SHIFT, SHIFT, SUM),
-    lang.BinaryOp.SHIFT_RIGHT: (">>", SHIFT, SHIFT, SUM),
-    lang.BinaryOp.ADD: ("+", SUM, SUM, PRODUCT),
-    lang.BinaryOp.SUB: ("-", SUM, SUM, PRODUCT),
-    lang.BinaryOp.MUL: ("*", PRODUCT, PRODUCT, SIGN),
-}
+CHOICE, OR, AND, NOT, COMPARE, BITOR, BITXOR, BITAND, SHIFT, SUM, PRODUCT, SIGN = range(1, 13)
+COMPARISONS = tuple(lang.BinaryOp)[2:8]
+QUOTIENTS = {lang.BinaryOp.DIV: "divide", lang.BinaryOp.REM: "remainder"}
+SHIFTS = (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT)
 SMALL = 0x3FFFFFFF
 """The greatest number that Python computes with in one digit: below it, comparing is cheapest."""
-SHIFTS = (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT)
-
-
-@fast_init
-@dataclass(frozen=True, slots=True)
-class Fragment:
-    """Printed text and how tightly it binds."""
-
-    text: str
-    binds: int = ATOM
-
-    def at(self, binds: int) -> str:
-        """Return the text, in parentheses unless it binds that tightly."""
-        return self.text if self.binds >= binds else f"({self.text})"
 
 
 @dataclass(frozen=True, slots=True)
-class Printer:
-    """Prints expressions of one chart; ``payload``: where the fields of the event at hand are."""
+class Printer(ExprPrinter):
+    """Prints expressions of one chart; ``payload``: the position of each field of the event."""
 
     names: Names
     payload: Mapping[str, int] | None = None
-    """None where it is not known which event is at hand: looked up when needed."""
+    """None where it is not known which event is current: looked up when needed."""
     parameters: Mapping[str, str] | None = None
-    """In a function of the chart: what its variables are called; else they are attributes."""
+    """In a function of the chart: the names of its variables; else they are attributes."""
+
+    unary: ClassVar[Mapping[lang.UnaryOp, Operator]] = {
+        lang.UnaryOp.NOT: prefix("not ", NOT, NOT),
+        lang.UnaryOp.NEGATE: prefix("-", SIGN, SIGN),
+        lang.UnaryOp.INVERT: prefix("~", SIGN, SIGN),
+    }
+    binary: ClassVar[Mapping[lang.BinaryOp, Operator]] = {
+        lang.BinaryOp.OR: left_assoc("or", OR),
+        lang.BinaryOp.AND: left_assoc("and", AND),
+        **{op: Operator(op.value, COMPARE, BITOR, BITOR) for op in COMPARISONS},
+        lang.BinaryOp.BIT_OR: left_assoc("|", BITOR),
+        lang.BinaryOp.BIT_XOR: left_assoc("^", BITXOR),
+        lang.BinaryOp.BIT_AND: left_assoc("&", BITAND),
+        lang.BinaryOp.SHIFT_LEFT: left_assoc("<<", SHIFT),
+        lang.BinaryOp.SHIFT_RIGHT: left_assoc(">>", SHIFT),
+        lang.BinaryOp.ADD: left_assoc("+", SUM),
+        lang.BinaryOp.SUB: left_assoc("-", SUM),
+        lang.BinaryOp.MUL: left_assoc("*", PRODUCT),
+    }
 
     def print(self, expr: lang.Expr) -> str:
-        """Return an expression as text, what is constant in it computed."""
-        return self.fragment(lang.fold(expr)).text
+        """Return an expression as text, with its constant parts computed."""
+        return self.fragment(lowered(expr)).text
 
     def frozen(self, expr: lang.Expr) -> str:
         """Return an expression whose value later assignments do not change."""
         text = self.print(expr)
         is_made_of_parts = isinstance(expr.type, lang.ArrayType | lang.RecordType)
-        return (
-            f"{LINK}frozen({text})"
-            if is_made_of_parts and not isinstance(expr, lang.Literal)
-            else text
-        )
+        is_variable = is_made_of_parts and not isinstance(expr, lang.Literal)
+        return f"{LINK}frozen({text})" if is_variable else text
 
-    def fragment(self, expr: lang.Expr) -> Fragment:
-        """Return an expression as text that can stand inside more text."""
-        match expr:
-            case lang.Literal(value, type_, name=name):
-                constant = self.names.constant(name, value, type_)
-                return _literal(value, type_) if constant is None else Fragment(constant)
-            case lang.Variable(name, storage=lang.Storage.LOCAL):
-                return Fragment(self.local(name))
-            case lang.Variable(name):
-                return Fragment(f"{ME}{self.names.variables[name]}")
-            case lang.EventField(name):
-                return self._field(name)
-            case lang.EventType():
-                return Fragment(f"{ME}_event_name({self.names.types!r})")
-            case lang.EventName():
-                return Fragment(f"{ME}_event_name()")
-            case lang.InState(state):
-                bit = self.names.states[state]
-                return Fragment(f"{ME}_active & {bit} != 0", COMPARE)
-            case lang.Unary():
-                return self._unary(expr)
-            case lang.Binary():
-                return self._binary(expr)
-            case lang.Conditional(test, then, otherwise):
-                text = f"{self.fragment(then).at(OR)} if {self.fragment(test).at(OR)}"
-                return Fragment(f"{text} else {self.fragment(otherwise).at(CHOICE)}", CHOICE)
-            case lang.Element():
-                return Fragment(f"{self.print(expr.array)}[{self.index(expr)}]")
-            case lang.Member(record, name):
-                return Fragment(f"{self.fragment(record).at(ATOM)}[{place(record.type, name)}]")
-            case lang.Apply():
-                return self._apply(expr)
-            case lang.Call(operation, arguments):
-                passed = ", ".join(self.frozen(argument) for argument in arguments)
-                return Fragment(f"{ME}_call_{self.names.operations[operation]}({passed})")
-            case lang.CallFunction(function, arguments):
-                passed = ", ".join(self.print(argument) for argument in arguments)
-                return Fragment(f"{ME}{self.names.functions[function.name]}({passed})")
-            case lang.Checked():
-                return self._checked(expr)
-            case lang.Convert(operand, type_):
-                return self._convert(operand, type_)
-            case lang.Invalid(reason):
-                return Fragment(f"{LINK}cannot({reason!r})")
-            case lang.Watched(operand, added, bit, is_first):
-                noted = f", {bit}" if bit >= 0 else ""
-                verb = "_began" if is_first else "_watched"
-                return Fragment(f"{ME}{verb}({self.print(operand)}, {added}{noted})")
-            case lang.Decided(operand, counter, noted):
-                more = f", {noted}" if noted else ""
-                return Fragment(f"{ME}_decided({self.print(operand)}, {counter}{more})")
-            case _:
-                assert_never(expr)
+    def literal(self, expr: lang.Literal) -> Fragment:
+        """Print a constant, by its name in the chart if it has one."""
+        constant = self.names.constant(expr.name, expr.value, expr.type)
+        text = spell(expr.value, expr.type) if constant is None else constant
+        return Fragment(text, SIGN if text.startswith("-") else ATOM)
+
+    def variable(self, expr: lang.Variable) -> Fragment:
+        """Print a variable."""
+        if expr.storage is lang.Storage.LOCAL:
+            return Fragment(self.local(expr.name))
+        return Fragment(f"{ME}{self.names.variables[expr.name]}")
 
     def local(self, name: str) -> str:
-        """Return what a local variable is called."""
+        """Return the name of a local variable."""
         if self.parameters is not None:
             return self.parameters[name]
         return f"{ME}{self.names.locals[name]}"
 
-    def _checked(self, expr: lang.Checked) -> Fragment:
-        text = self.print(expr.operand)
-        if not isinstance(expr.type, lang.EnumType):
-            return Fragment(f"{LINK}integer({self._float(expr.operand, text)})")
-        other = "" if expr.otherwise is None else f", {self.print(expr.otherwise)}"
-        known = ", ".join(map(str, expr.type.numbers))
-        return Fragment(f"{LINK}member({text}, ({known},){other})")
-
-    def index(self, expr: lang.Element) -> str:
-        """Return the index of an element, checked unless it cannot be outside."""
-        index, array = expr.index, expr.array.type
-        assert isinstance(array, lang.ArrayType)  # noqa: S101
-        text = self.print(index)
-        return text if is_inside(index, array.length) else f"{LINK}position({text}, {array.length})"
-
-    def _field(self, name: str) -> Fragment:
+    def event_field(self, expr: lang.EventField) -> Fragment:
+        """Print a field of the current event's payload."""
         if self.payload is None:
-            return Fragment(f"{ME}_field({name!r})")
-        return Fragment(f"{ME}_fields[{self.payload[name]}]")
+            return Fragment(f"{ME}_field({expr.name!r})")
+        return Fragment(f"{ME}_fields[{self.payload[expr.name]}]")
 
-    def _unary(self, expr: lang.Unary) -> Fragment:
-        operand = self.fragment(expr.operand)
-        match expr.op:
-            case lang.UnaryOp.NOT:
-                return Fragment(f"not {operand.at(NOT)}", NOT)
-            case lang.UnaryOp.NEGATE | lang.UnaryOp.INVERT:
-                return reduced(Fragment(f"{expr.op.value}{operand.at(SIGN)}", SIGN), expr)
-            case _:
-                assert_never(expr.op)
+    def event_name(self, expr: lang.EventName) -> Fragment:
+        """Print the name of the current event, or its type."""
+        types = repr(self.names.types) if isinstance(expr, lang.EventType) else ""
+        return Fragment(f"{ME}_event_name({types})")
 
-    def _binary(self, expr: lang.Binary) -> Fragment:
-        is_float = isinstance(expr.type, lang.FloatType)
-        if expr.op in (lang.BinaryOp.DIV, lang.BinaryOp.REM):
-            name = "divide" if expr.op is lang.BinaryOp.DIV else "remainder"
-            name += "_floats" if is_float else ""
-            left, right = (
-                self._number(part, is_float=is_float) for part in (expr.left, expr.right)
-            )
-            return reduced(Fragment(f"{LINK}{name}({left}, {right})"), expr)
-        return reduced(self._infix(expr), expr)
+    def in_state(self, expr: lang.InState) -> Fragment:
+        """Print a state test."""
+        return Fragment(f"{ME}_active & {self.names.states[expr.state]} != 0", COMPARE)
 
-    def _infix(self, expr: lang.Binary) -> Fragment:
-        is_float = isinstance(expr.type, lang.FloatType)
-        text, binds, left_binds, right_binds = INFIX[expr.op]
-        left = self.fragment(expr.left).at(left_binds)
-        right = self.fragment(expr.right).at(right_binds)
-        if is_float:
-            left = self._float(expr.left, left)
-            right = self._float(expr.right, right)
-        if expr.op in SHIFTS and isinstance(expr.type, lang.IntType):
-            right = self._count(expr.right, expr.type)
-        return Fragment(f"{left} {text} {right}", binds)
+    def prefixed(self, expr: lang.Unary) -> Fragment:
+        """Print an operator of one operand, its result wrapped around if need be."""
+        return _reduced(ExprPrinter.prefixed(self, expr), expr)
+
+    def infix(self, expr: lang.Binary) -> Fragment:
+        """Print an operator of two operands, its result wrapped around if need be."""
+        return _reduced(self._operation(expr), expr)
+
+    def _operation(self, expr: lang.Binary) -> Fragment:
+        if expr.op in QUOTIENTS:
+            suffix = "_floats" if isinstance(expr.type, lang.FloatType) else ""
+            arguments = self.arguments((expr.left, expr.right))
+            return Fragment(f"{LINK}{QUOTIENTS[expr.op]}{suffix}({arguments})")
+        bits = count_width(expr) if expr.op in SHIFTS else None
+        if bits is not None:
+            left, count = self.fragment(expr.left).at_least(SHIFT), self.fragment(expr.right)
+            return Fragment(f"{left} {expr.op.value} ({count.at_least(PRODUCT)} % {bits})", SHIFT)
+        return ExprPrinter.infix(self, expr)
 
     def sum(self, expr: lang.Expr) -> tuple[str, str] | None:
         """Return a sum that may wrap around, not yet reduced, and how ``value`` is reduced.
 
-        None for anything else, and where a mask is as cheap as the question.
+        None for anything else, and where a mask is as cheap as the test.
         """
-        expr = lang.fold(expr)
-        type_, raw = expr.type, raw_range(expr)
+        expr = lowered(expr)
         is_sum = isinstance(expr, lang.Binary) and expr.op in (lang.BinaryOp.ADD, lang.BinaryOp.SUB)
-        if not is_sum or raw is None or not isinstance(type_, lang.IntType) or type_.hi <= SMALL:
-            return None
-        if type_.overflow is not lang.Overflow.WRAP or within(raw, (type_.lo, type_.hi)):
+        own, raw = wrapping_bounds(expr), raw_range(expr)
+        if not is_sum or own is None or raw is None or own[1] <= SMALL:
             return None
         assert isinstance(expr, lang.Binary)  # noqa: S101
-        least = f"{_hexadecimal(max(type_.lo, -SMALL))} <= " if raw[0] < type_.lo else ""
-        most = f" <= {SMALL:#x}" if raw[1] > type_.hi else ""
-        otherwise = f"{LINK}around(value, {type_.lo}, {type_.hi})"
-        return self._infix(expr).text, f"value if {least}value{most} else {otherwise}"
+        least = f"{_hexadecimal(max(own[0], -SMALL))} <= " if raw[0] < own[0] else ""
+        most = f" <= {SMALL:#x}" if raw[1] > own[1] else ""
+        otherwise = f"{LINK}around(value, {own[0]}, {own[1]})"
+        return self._operation(expr).text, f"value if {least}value{most} else {otherwise}"
 
-    def _number(self, expr: lang.Expr, *, is_float: bool) -> str:
-        text = self.print(expr)
-        return self._float(expr, text) if is_float else text
+    def conditional(self, expr: lang.Conditional) -> Fragment:
+        """Print a choice of two values."""
+        test, then = self.fragment(expr.test).at_least(OR), self.fragment(expr.then).at_least(OR)
+        otherwise = self.fragment(expr.otherwise).text
+        return Fragment(f"{then} if {test} else {otherwise}", CHOICE)
 
-    def _float(self, expr: lang.Expr, text: str) -> str:
-        return text if isinstance(expr.type, lang.FloatType) else f"float({text})"
+    def element(self, expr: lang.Element) -> Fragment:
+        """Print an element of an array."""
+        return Fragment(f"{self.fragment(expr.array).text}[{self.index(expr)}]")
 
-    def _count(self, expr: lang.Expr, type_: lang.IntType) -> str:
-        """Return a shift count, reduced to the width of the result unless it is less."""
-        width = 32 if type_.hi <= 2**32 - 1 and type_.lo >= -(2**31) else 64
-        fragment = self.fragment(expr)
-        if isinstance(expr.type, lang.IntType) and expr.type.lo >= 0 and expr.type.hi < width:
-            return fragment.at(SUM)
-        return f"({fragment.at(PRODUCT)} % {width})"
+    def index(self, expr: lang.Element) -> str:
+        """Return the index of an element, checked unless it cannot be outside."""
+        assert isinstance(expr.array.type, lang.ArrayType)  # noqa: S101
+        text, length = self.print(expr.index), expr.array.type.length
+        is_sure = is_inside(expr.index, length)
+        return text if is_sure else f"{LINK}position({text}, {length})"
 
-    def _apply(self, expr: lang.Apply) -> Fragment:
-        arguments = ", ".join(self.print(argument) for argument in expr.arguments)
-        return reduced(Fragment(f"{expr.function.value}({arguments})"), expr)
+    def member(self, expr: lang.Member) -> Fragment:
+        """Print a field of a record."""
+        record = self.fragment(expr.record).at_least(ATOM)
+        return Fragment(f"{record}[{field_position(expr.record.type, expr.name)}]")
 
-    def _convert(self, operand: lang.Expr, type_: lang.Type) -> Fragment:
-        text = self.fragment(operand)
-        match type_:
-            case lang.FloatType(bits):
-                if bits == 32:
-                    return Fragment(f"{LINK}single({text.text})")
-                return Fragment(self._float(operand, text.text))
-            case lang.IntType(overflow=lang.Overflow.NEAREST) if isinstance(
-                operand.type, lang.EnumType | lang.DurationType
-            ):
-                return text  # its number is what is held
-            case lang.IntType() | lang.DurationType():
-                return _bounded(text, operand.type, type_)
-            case _:
-                return text
+    def apply(self, expr: lang.Apply) -> Fragment:
+        """Print ``min``, ``max`` or ``abs``."""
+        text = f"{expr.function.value}({self.arguments(expr.arguments)})"
+        return _reduced(Fragment(text), expr)
+
+    def call(self, expr: lang.Call) -> Fragment:
+        """Print a call of an operation."""
+        passed = ", ".join(map(self.frozen, expr.arguments))
+        return Fragment(f"{ME}_call_{self.names.operations[expr.operation]}({passed})")
+
+    def call_function(self, expr: lang.CallFunction) -> Fragment:
+        """Print a call of a function of the chart."""
+        function = self.names.functions[expr.function.name]
+        return Fragment(f"{ME}{function}({self.arguments(expr.arguments)})")
+
+    def checked(self, expr: lang.Checked) -> Fragment:
+        """Print a number as a value of a type that may lack it."""
+        text = self.fragment(expr.operand).text
+        if not isinstance(expr.type, lang.EnumType):
+            return Fragment(f"{LINK}integer({text})")
+        other = "" if expr.otherwise is None else f", {self.fragment(expr.otherwise).text}"
+        known = ", ".join(map(str, expr.type.numbers))
+        return Fragment(f"{LINK}member({text}, ({known},){other})")
+
+    def convert(self, expr: lang.Convert) -> Fragment:
+        """Print a value converted to a type, as `fsmkit.language.converted` does it."""
+        text, how = self.fragment(expr.operand), bounding(expr)
+        if isinstance(expr.type, lang.FloatType):
+            is_single = expr.type.bits == 32
+            return Fragment(f"{LINK}single({text.text})" if is_single else f"float({text.text})")
+        if how is None:
+            return text
+        if how.overflow is lang.Overflow.WRAP:
+            return _wrapped(text, how.lo, how.hi)
+        inner = f"{LINK}truncate({text.text}, {how.lo}, {how.hi})" if how.truncates else text.text
+        if how.overflow is lang.Overflow.NEAREST:
+            return Fragment(f"min(max({inner}, {how.lo}), {how.hi})")
+        call = f"{LINK}bounded" if how.overflow is lang.Overflow.FAULT else f"{ME}_clamp"
+        return Fragment(f"{call}({inner}, {how.lo}, {how.hi})")
+
+    def invalid(self, expr: lang.Invalid) -> Fragment:
+        """Print an expression that cannot be evaluated."""
+        return Fragment(f"{LINK}cannot({expr.reason!r})")
+
+    def watched(self, expr: lang.Watched | lang.Decided) -> Fragment:
+        """Print a counted condition, or a counted guard."""
+        operand = self.fragment(expr.operand).text
+        if isinstance(expr, lang.Decided):
+            more = f", {expr.noted}" if expr.noted else ""
+            return Fragment(f"{ME}_decided({operand}, {expr.counter}{more})")
+        noted = f", {expr.bit}" if expr.bit >= 0 else ""
+        verb = "_began" if expr.is_first else "_watched"
+        return Fragment(f"{ME}{verb}({operand}, {expr.added}{noted})")
 
 
-def _bounded(
-    text: Fragment, source: lang.Type | None, type_: lang.IntType | lang.DurationType
-) -> Fragment:
-    """Bring a number into bounds, as `fsmkit.language.converted` does."""
-    lo, hi, overflow = 0, lang.LONGEST_DURATION, lang.Overflow.SATURATE
-    if isinstance(type_, lang.IntType):
-        lo, hi, overflow = type_.lo, type_.hi, type_.overflow
-    if isinstance(source, lang.FloatType):
-        whole = f"{LINK}truncate({text.text}, {lo}, {hi})"
-        if overflow in (
-            lang.Overflow.WRAP,
-            lang.Overflow.NEAREST,
-        ):  # a float is never wrapped around
-            return Fragment(f"min(max({whole}, {lo}), {hi})")
-        text = Fragment(whole)
-    elif overflow is lang.Overflow.WRAP:
-        return wrapped(text, lo, hi)
-    if overflow is lang.Overflow.NEAREST:
-        return Fragment(f"min(max({text.text}, {lo}), {hi})")
-    how = f"{LINK}bounded" if overflow is lang.Overflow.FAULT else f"{ME}_clamp"
-    return Fragment(f"{how}({text.text}, {lo}, {hi})")
-
-
-def reduced(text: Fragment, expr: lang.Expr) -> Fragment:
-    """Reduce the result of an expression to its type if that wraps around, and it can leave it."""
-    type_ = expr.type
-    if not isinstance(type_, lang.IntType) or type_.overflow is not lang.Overflow.WRAP:
-        return text
-    raw = raw_range(expr)
-    if raw is not None and within(raw, (type_.lo, type_.hi)):
-        return text
-    return wrapped(text, type_.lo, type_.hi)
+def _reduced(text: Fragment, expr: lang.Expr) -> Fragment:
+    """Return the result of an operator within its type, wrapped around if it can leave that."""
+    own = wrapping_bounds(expr)
+    return text if own is None else _wrapped(text, *own)
 
 
 def _hexadecimal(value: int) -> str:
     return f"{value:#x}" if value else "0"
 
 
-def wrapped(text: Fragment, lo: int, hi: int) -> Fragment:
+def _wrapped(text: Fragment, lo: int, hi: int) -> Fragment:
     """Return a value modulo the size of a range."""
     size = hi - lo + 1
     is_mask = size & (size - 1) == 0
     if lo == 0:
         if is_mask:
-            return Fragment(f"{text.at(SHIFT)} & {hi:#x}", BITAND)
-        return Fragment(f"{text.at(PRODUCT)} % {size}", PRODUCT)
-    shifted = f"{text.at(SUM)} {'-' if lo > 0 else '+'} {abs(lo)}"
+            return Fragment(f"{text.at_least(SHIFT)} & {hi:#x}", BITAND)
+        return Fragment(f"{text.at_least(PRODUCT)} % {size}", PRODUCT)
+    shifted = f"{text.at_least(SUM)} {'-' if lo > 0 else '+'} {abs(lo)}"
     inner = f"({shifted} & {size - 1:#x})" if is_mask else f"({shifted}) % {size}"
     return Fragment(f"{inner} {'+' if lo > 0 else '-'} {abs(lo)}", SUM)
-
-
-def _literal(value: lang.Value, type_: lang.Type | None) -> Fragment:
-    if isinstance(value, tuple):
-        return Fragment(spell(value, type_))
-    text = spell(value, type_)
-    return Fragment(text, SIGN if text.startswith("-") else ATOM)
 
 
 def spell(value: lang.Value, type_: lang.Type | None, *, mutable: bool = False) -> str:
@@ -310,8 +241,9 @@ def spell(value: lang.Value, type_: lang.Type | None, *, mutable: bool = False) 
         case bool() | str():
             return repr(value)
         case tuple():
-            parts = _part_types(type_, len(value))
-            texts = [spell(v, t, mutable=mutable) for v, t in zip(value, parts, strict=True)]
+            assert isinstance(type_, lang.ArrayType | lang.RecordType)  # noqa: S101
+            pairs = zip(value, part_types(type_), strict=True)
+            texts = [spell(part, of, mutable=mutable) for part, of in pairs]
             if mutable:
                 if len(texts) > 1 and len(set(texts)) == 1 and not isinstance(value[0], tuple):
                     return f"[{texts[0]}] * {len(texts)}"
@@ -324,19 +256,3 @@ def spell(value: lang.Value, type_: lang.Type | None, *, mutable: bool = False) 
             return str(value)
         case _:
             assert_never(value)
-
-
-def _part_types(type_: lang.Type | None, size: int) -> tuple[lang.Type | None, ...]:
-    match type_:
-        case lang.ArrayType(element):
-            return (element,) * size
-        case lang.RecordType(_, parts):
-            return tuple(part.type for part in parts)
-        case _:
-            return (None,) * size
-
-
-def place(type_: lang.Type | None, name: str) -> int:
-    """Return where in a record its field stands."""
-    assert isinstance(type_, lang.RecordType)  # noqa: S101
-    return next(i for i, part in enumerate(type_.fields) if part.name == name)

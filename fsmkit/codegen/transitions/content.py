@@ -8,11 +8,11 @@ from typing import Any
 from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
-from fsmkit.codegen.python.expressions import place
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.names import ModelNames, text
 from fsmkit.language import ArrayType, Element, Expr, Iterated, Member, RecordType, Variable
+from fsmkit.language.evaluation import field_position
 
 PRINTED: tuple[type[Any], ...] = (
     stmt.Assign,
@@ -107,7 +107,7 @@ class ContentPrinter:
             case Element(array):
                 return f"{self._place(array, printer)}[{printer.index(location)}]"
             case Member(record, name):
-                return f"{self._place(record, printer)}[{place(record.type, name)}]"
+                return f"{self._place(record, printer)}[{field_position(record.type, name)}]"
             case _:
                 raise AssertionError(location)
 

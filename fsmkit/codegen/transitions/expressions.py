@@ -1,12 +1,14 @@
-"""Expressions as methods of a model spell them."""
+"""Expressions in methods of a model."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fsmkit.codegen.python.expressions import Fragment, Printer
+from fsmkit.codegen.python.expressions import Printer
 from fsmkit.codegen.transitions.names import ModelNames
-from fsmkit.language import Call, Convert, EventField, EventName, Expr, InState, IntType, Overflow
+from fsmkit.language import Call, Convert, EventField, EventName, InState, Overflow
+from fsmkit.language.printing import Fragment
+from fsmkit.plan.values import bounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,19 +17,29 @@ class ModelPrinter(Printer):
 
     model: ModelNames | None = None
 
-    def fragment(self, expr: Expr) -> Fragment:
-        """Return an expression as text that can stand inside more text."""
-        match expr:
-            case EventField(name) if self.payload is not None:
-                return Fragment(f"event.args[{self.payload[name]}]")
-            case EventName():
-                return Fragment("event.event.name")
-            case InState(state) if self.model is not None:
-                return Fragment(f"self.is_in({self.model.quoted(state)})")
-            case Convert(operand, IntType(overflow=Overflow.SATURATE)):
-                return self.fragment(operand)  # it lies within, or the chart is refused
-            case Call(operation, arguments):
-                passed = ", ".join(self.frozen(argument) for argument in arguments)
-                return Fragment(f"self.{self.names.operations[operation]}({passed})")
-            case _:
-                return Printer.fragment(self, expr)
+    def event_field(self, expr: EventField) -> Fragment:
+        """Print an argument of the current event."""
+        if self.payload is None:
+            return Printer.event_field(self, expr)
+        return Fragment(f"event.args[{self.payload[expr.name]}]")
+
+    def event_name(self, expr: EventName) -> Fragment:  # noqa: ARG002
+        """Print the name of the current event."""
+        return Fragment("event.event.name")
+
+    def in_state(self, expr: InState) -> Fragment:
+        """Print a state test."""
+        if self.model is None:
+            return Printer.in_state(self, expr)
+        return Fragment(f"self.is_in({self.model.quoted(expr.state)})")
+
+    def convert(self, expr: Convert) -> Fragment:
+        """Print a converted value; one that saturates lies within, or the chart is rejected."""
+        how = bounding(expr)
+        is_within = how is not None and how.overflow is Overflow.SATURATE
+        return self.fragment(expr.operand) if is_within else Printer.convert(self, expr)
+
+    def call(self, expr: Call) -> Fragment:
+        """Print a call of an operation."""
+        passed = ", ".join(map(self.frozen, expr.arguments))
+        return Fragment(f"self.{self.names.operations[expr.operation]}({passed})")

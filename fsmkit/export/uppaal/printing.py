@@ -29,11 +29,11 @@ Access = Callable[[str, lang.Variable], lang.Fragment]
 class Printer(lang.ExprPrinter):
     """Prints with the names that it is given; ``constants`` names members of enumerations."""
 
-    unary: ClassVar[Mapping[lang.UnaryOp, lang.Spelling]] = {
+    unary: ClassVar[Mapping[lang.UnaryOp, lang.Operator]] = {
         lang.UnaryOp.NOT: prefix("!", PREFIX, PREFIX),
         lang.UnaryOp.NEGATE: prefix("-", PREFIX, PREFIX + 1),
     }
-    binary: ClassVar[Mapping[lang.BinaryOp, lang.Spelling]] = {
+    binary: ClassVar[Mapping[lang.BinaryOp, lang.Operator]] = {
         lang.BinaryOp.OR: left_assoc("||", 2),
         lang.BinaryOp.AND: left_assoc("&&", 3),
         lang.BinaryOp.BIT_OR: left_assoc("|", 4),
