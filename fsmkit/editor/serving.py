@@ -14,7 +14,7 @@ from pygls.io_ import StdoutWriter
 
 from fsmkit.diagnostics import fail
 from fsmkit.editor.server import Server, make_server
-from fsmkit.inspector.dap.framing import BrokenFrameError, Frames, frame, unpacked
+from fsmkit.inspector.dap.framing import BrokenFrameError, Frames, decode_body, frame
 from fsmkit.inspector.dap.serving import MOST_READ, Read, read_in_thread
 
 LOOPBACK = "127.0.0.1"
@@ -134,7 +134,7 @@ def _receive(body: bytes, server: Server) -> None:
 
 def _object(body: bytes) -> dict[str, Any]:
     try:
-        message = unpacked(body)
+        message = decode_body(body)
     except ValueError as error:
         raise JsonRpcParseError(f"the message is not JSON: {error}") from error
     if not isinstance(message, dict) or message.get("jsonrpc") != "2.0":

@@ -1,5 +1,5 @@
-"""What runs, seen while it runs: sessions that can be stopped, taken back and asked why.
+"""Interactive sessions of charts and systems: pause, step back, fork, and query.
 
-A chart or a system in, messages of the protocol `fsmkit.live` out. `hub` obeys commands and knows
-neither sockets nor clocks; page, debug adapter and shell are faces of it.
+The input is a chart or a system, the output messages of the protocol `fsmkit.live`. `hub` executes
+commands without sockets and clocks. Page, debug adapter and shell are its front ends.
 """

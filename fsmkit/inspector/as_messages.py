@@ -1,4 +1,4 @@
-"""A simulated system as messages: what a step did, and all of its machines."""
+"""Convert the steps and states of a simulated system to messages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.chart.chart import result_types
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.charts import chart_message
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.simulation import Moment, Passed, Simulation, Stepped
+from fsmkit.inspector.simulation import Delivery, Moment, Simulation, SimulationStep
 from fsmkit.runtime.interpreter.trace import value_text
 from fsmkit.runtime.live.messages import AnyMessage, Named, Pass, Post, Set, State, to_json
 from fsmkit.runtime.live.steps import hash_of, row_of_event, state_of, step_of
@@ -19,11 +19,11 @@ from fsmkit.runtime.live.values import to_json as value_json
 from fsmkit.system.machine import port_name
 
 BY_HAND = "change"
-"""The word for what a client did to data; no script has it."""
+"""Verb of a client's change of data; scripts do not have it."""
 
 
 MOST_DRAWINGS = 100
-"""Drawings that are kept, the latest."""
+"""Maximum number of stored drawings."""
 _Key = tuple[str, bool, frozenset[str], frozenset[str]]
 
 
@@ -31,8 +31,8 @@ def _key(hash_: str, hide: Sequence[str], fold: Sequence[str], *, is_drawn: bool
     return hash_, is_drawn, frozenset(hide), frozenset(fold)
 
 
-class Teller:
-    """Puts into messages whatever a simulation does."""
+class MessageEncoder:
+    """Converts the results of a simulation to messages."""
 
     def __init__(self, simulation: Simulation) -> None:
         """Speak of the machines of a simulation."""
@@ -61,7 +61,9 @@ class Teller:
             raise wrong("this session has no chart of that hash", "use those of `hello`")
         key = _key(hash_, hide, fold, is_drawn=is_drawn)
         if key not in self._texts:
-            while len(self._texts) > MOST_DRAWINGS:  # there are as many as ways to fold
+            while (
+                len(self._texts) > MOST_DRAWINGS
+            ):  # each choice of folded states is another drawing
                 self._texts.pop(next(iter(self._texts)))
             chart = self._charts[self.hashes.index(hash_)]
             self._texts[key] = to_json(chart_message(chart, hide, fold, is_drawn=is_drawn))
@@ -75,13 +77,13 @@ class Teller:
         *,
         is_drawn: bool = True,
     ) -> Callable[[], object] | None:
-        """Return what draws a chart, for another thread; None if there is nothing to draw."""
+        """Return a function that draws a chart in another thread, or None without a drawing."""
         key = _key(hash_, hide, fold, is_drawn=is_drawn)
         if not is_drawn or hash_ not in self.hashes or key in self._texts:
             return None
 
         def draw() -> None:
-            with suppress(FsmkitError):  # it is refused where it is asked for
+            with suppress(FsmkitError):  # the command itself is rejected
                 self.chart(hash_, hide, fold)
 
         return draw
@@ -101,7 +103,7 @@ class Teller:
             for name in self._names
         )  # fmt: skip
 
-    def step(self, n: int, moment: Moment, done: Stepped) -> list[AnyMessage]:
+    def step(self, n: int, moment: Moment, done: SimulationStep) -> list[AnyMessage]:
         """Return a step that led to a moment, then the events and inputs that it passed on."""
         charts, names = self._charts, self._names
         at = done.macrostep.at
@@ -116,13 +118,13 @@ class Teller:
                 declared = target.inputs[each.number]
                 told = inputs.setdefault(each.machine, {})
                 told[declared.name] = value_json(each.value, declared.type)
-            else:  # shared data are no inputs: the machine is sent as a whole
+            else:  # shared data are not inputs: the whole machine is sent
                 snapshot = moment.snapshots[each.machine]
                 found.append(state_of(target, names[each.machine], n, snapshot, at))
         found += [Set(m=names[m], n=n, at=at, inputs=told) for m, told in inputs.items()]
         return found
 
-    def _pass(self, n: int, passed: Passed, at: int) -> Pass:
+    def _pass(self, n: int, passed: Delivery, at: int) -> Pass:
         link, names, charts = passed.link, self._names, self._charts
         event, *values = row_of_event(charts[link.target], passed.occurrence)
         return Pass(
@@ -135,7 +137,7 @@ class Teller:
         )
 
     def action_line(self, message: AnyMessage) -> str | None:
-        """Return what somebody outside did as a line of a script; None for any other message."""
+        """Return a client's action as a script line, or None for any other message."""
         match message:
             case Post(m=name, event=[event, *values]):
                 chart = self._charts[self._names.index(name)]

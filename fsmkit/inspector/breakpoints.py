@@ -30,17 +30,17 @@ KINDS = (
     *("error", "lost", "condition", "changed", "property"),
 )
 EXPRESSION = re.compile(r"\{([^{}]*)\}")
-"""What stands in the text of a log for a value."""
+"""Placeholder of a value in the text of a log."""
 
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
-    """A breakpoint, its names found.
+    """A breakpoint with resolved names.
 
-    ``machine`` None: any. ``what``: a state, transition or event by index. It counts the times at
-    which ``guard`` holds after the step: it lets ``after`` of them pass, then counts each
-    ``every``-th one, so many ``times`` (0: always). With ``log``, texts and expressions by turns,
-    it does not stop.
+    ``machine`` None: any machine. ``what``: a state, transition or event by index. It counts the
+    hits at which ``guard`` holds after the step, skips ``after`` of them, then stops at each
+    ``every``-th one, at most ``times`` times (0: always). With ``log``, alternating texts and
+    expressions, it prints instead of stopping.
     """
 
     on: str
@@ -55,7 +55,7 @@ class Breakpoint:
     times: int = 0
     log: tuple[str | Expression, ...] = ()
 
-    def counts(self, hit: int) -> bool:
+    def is_counted(self, hit: int) -> bool:
         """Whether it does something the ``hit``-th time (from 1)."""
         over, rest = divmod(hit - self.after - 1, self.every)
         return over >= 0 and rest == 0 and (self.times == 0 or over < self.times)
@@ -68,7 +68,7 @@ def read(system: System, command: Break) -> Breakpoint:
         raise wrong(f"there is no breakpoint on `{command.on}`", help_)
     machine = machine_of(system, command.m) if command.m or len(system.machines) == 1 else None
     guard = (
-        questions.read(system, command.guard, own_names(system, command.m), BOOL)
+        questions.read(system, command.guard, machine_without_prefix(system, command.m), BOOL)
         if command.guard
         else None
     )
@@ -86,11 +86,11 @@ def read(system: System, command: Break) -> Breakpoint:
     )
     match command.on:
         case "condition":
-            own = own_names(system, command.m)
+            own = machine_without_prefix(system, command.m)
             condition = questions.read(system, str(command.what), own, BOOL)
             return replace(found, condition=condition)
         case "changed":
-            own = own_names(system, command.m)
+            own = machine_without_prefix(system, command.m)
             return replace(found, condition=questions.read(system, str(command.what), own, None))
         case "property":
             return replace(found, property=_property(system, str(command.what)))
@@ -103,17 +103,19 @@ def read(system: System, command: Break) -> Breakpoint:
 
 
 def _log(system: System, command: Break) -> tuple[str | Expression, ...]:
-    """Return the text of a log: what stands in braces is an expression."""
+    """Return the parts of a log text; the contents of braces are expressions."""
     parts: list[str | Expression] = []
     for place, part in enumerate(EXPRESSION.split(command.log)):
         if place % 2:
-            parts.append(questions.read(system, part, own_names(system, command.m), None))
+            parts.append(
+                questions.read(system, part, machine_without_prefix(system, command.m), None)
+            )
         elif part:
             parts.append(part)
     return tuple(parts)
 
 
-def logged(system: System, point: Breakpoint, moment: Moment | None) -> str:
+def log_text(system: System, point: Breakpoint, moment: Moment | None) -> str:
     """Return the text of a breakpoint that logs, with its values."""
     tick = system.machines[0].chart.capacities.tick
     snapshots = None if moment is None else moment.snapshots
@@ -132,7 +134,7 @@ def _shown(expression: Expression, snapshots: Sequence[Snapshot] | None, tick: i
     return str(value) if type_ is None else show(value, type_, tick)
 
 
-def own_names(system: System, machine: str) -> int | None:
+def machine_without_prefix(system: System, machine: str) -> int | None:
     """Return the machine whose names an expression has; None: names are ``machine.name``."""
     if machine:
         return machine_of(system, machine)
@@ -165,7 +167,7 @@ def _property(system: System, name: str) -> Property:
 
 
 def _place(chart: Chart, command: Break) -> int:
-    """Return the index of what a breakpoint names."""
+    """Return the index of the named state, transition or event."""
     if command.on == "taken":
         if not isinstance(command.what, int) or not 0 <= command.what < len(chart.transitions):
             raise wrong(
@@ -185,16 +187,16 @@ def _place(chart: Chart, command: Break) -> int:
     return known[str(command.what)]
 
 
-def hits(
+def is_hit(
     system: System,
     point: Breakpoint,
     before: Moment | None,
     after: Moment | None,
     messages: Sequence[AnyMessage],
 ) -> bool:
-    """Whether an entry hits a breakpoint; ``messages``: of the entry.
+    """Return whether an entry hits a breakpoint; ``messages``: of the entry.
 
-    What happened is in the messages; a condition is never met where a moment is not known.
+    Steps are taken from the messages. A condition does not hold if a moment is unknown.
     """
     if point.guard is not None and (
         after is None or not questions.holds(point.guard, after.snapshots)
@@ -214,7 +216,7 @@ def hits(
         return True
     if point.machine is not None and system.machines[point.machine].name != step.m:
         return False
-    return _happened(system, point, step)
+    return _has_matching_row(system, point, step)
 
 
 def _holds(system: System, point: Breakpoint, moment: Moment) -> bool:
@@ -226,7 +228,7 @@ def _holds(system: System, point: Breakpoint, moment: Moment) -> bool:
 
 
 def _value(expression: Expression | None, moment: Moment) -> tuple[Value | None, str]:
-    """Return a value so that floats which are no number, and zeros, are told apart."""
+    """Return a value and a text that distinguishes NaNs and signed zeros."""
     if expression is None:
         return None, ""
     try:
@@ -241,7 +243,7 @@ WORDS = {"fault": "fault", "error": "error", "lost": "full"}
 """Words of rows in which a breakpoint without a name is hit."""
 
 
-def _happened(system: System, point: Breakpoint, step: Step) -> bool:
+def _has_matching_row(system: System, point: Breakpoint, step: Step) -> bool:
     if point.on in WORDS:
         return any(row[0] == WORDS[point.on] for row in step.do)
     if point.machine is None or point.what is None:
@@ -265,26 +267,26 @@ def _happened(system: System, point: Breakpoint, step: Step) -> bool:
 
 
 Hit = Callable[[Moment | None, Moment | None, Sequence[AnyMessage]], list[Json] | None]
-"""Returns of an entry why to stop there: of what was before it, after it, and its messages."""
+"""Returns the reasons to stop at an entry, given the moments around it and its messages."""
 
 
-def hit_of(system: System, point: Breakpoint) -> Hit:
-    """Return what one breakpoint hits; it has no number yet, and no other reason."""
-    return lambda *entry: ["sought"] if hits(system, point, *entry) else None
+def hit_detector(system: System, point: Breakpoint) -> Hit:
+    """Return a function that detects hits of one breakpoint, without a number."""
+    return lambda *entry: ["sought"] if is_hit(system, point, *entry) else None
 
 
 class Breakpoints:
     """The breakpoints of a session, by number, and how often each was hit."""
 
     def __init__(self, system: System) -> None:
-        """Begin without any."""
+        """Start without breakpoints."""
         self._system = system
         self._points: dict[int, Breakpoint] = {}
         self._commands: dict[int, Break] = {}
         self._hit: dict[int, int] = {}
         self._next = 1
         self.until: Breakpoint | None = None
-        """One that is gone once it is hit."""
+        """A breakpoint that is removed at its first hit."""
         self.log: Callable[[int, str], None] = lambda _number, _text: None
         """Is given the text of a breakpoint that logs."""
 
@@ -305,7 +307,7 @@ class Breakpoints:
         self._hit.pop(number, None)
 
     @property
-    def told(self) -> Points:
+    def message(self) -> Points:
         """All of them, for clients."""
         listed = [
             {"number": number, **{key: value for key, value in msgspec.to_builtins(command).items()
@@ -314,16 +316,16 @@ class Breakpoints:
         ]  # fmt: skip
         return Points(points=listed)
 
-    def found(
+    def stop_reasons(
         self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
     ) -> list[Json] | None:
-        """Return why an entry is one to stop at, whatever was counted; None if it is none."""
+        """Return the reasons to stop at an entry, ignoring counts; None if there is no reason."""
         for number, point in self._points.items():
-            if not point.log and hits(self._system, point, before, after, messages):
+            if not point.log and is_hit(self._system, point, before, after, messages):
                 return ["breakpoint", number]
         return fault_of(messages)
 
-    def read_anew(self, system: System) -> None:
+    def set_system(self, system: System) -> None:
         """Take another system: breakpoints whose names it does not have are removed."""
         self._system, self.until = system, None
         for number, command in list(self._commands.items()):
@@ -339,18 +341,18 @@ class Breakpoints:
     def hit(
         self, before: Moment | None, after: Moment | None, messages: Sequence[AnyMessage]
     ) -> list[Json] | None:
-        """Count what an entry hits, and log; return the reason to stop there, None for none."""
+        """Count the hits of an entry, and log; return the reasons to stop, or None."""
         why: list[Json] | None = None
         for number, point in self._points.items():
-            if hits(self._system, point, before, after, messages):
+            if is_hit(self._system, point, before, after, messages):
                 self._hit[number] = self._hit.get(number, 0) + 1
-                if not point.counts(self._hit[number]):
+                if not point.is_counted(self._hit[number]):
                     continue
                 if point.log:
-                    self.log(number, logged(self._system, point, after))
+                    self.log(number, log_text(self._system, point, after))
                 else:
                     why = why or ["breakpoint", number]
-        if self.until is not None and hits(self._system, self.until, before, after, messages):
+        if self.until is not None and is_hit(self._system, self.until, before, after, messages):
             why = why or ["until", self.until.text]
             self.until = None
         return why

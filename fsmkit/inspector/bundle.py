@@ -1,7 +1,7 @@
-"""A chart or a system as one HTML file that simulates it: generated JavaScript, schedule and hub.
+"""Bundle a chart or a system as one HTML file: generated JavaScript, schedule and hub.
 
-Modules become functions of one script, so the file opens by ``file://`` and its policy can forbid
-everything else: no other script, no request, nothing evaluated from text.
+Modules become functions of one script, so the file opens by ``file://``. Its policy forbids other
+scripts, requests, and evaluation of strings.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from fsmkit.codegen.javascript.generate import class_name, module_text
 from fsmkit.emit import printing
 from fsmkit.emit.javascript import quoted
 from fsmkit.inspector import page
-from fsmkit.inspector.breakpoints import own_names
+from fsmkit.inspector.breakpoints import machine_without_prefix
 from fsmkit.inspector.charts import chart_message, type_json
 from fsmkit.inspector.page import Page
 from fsmkit.language import BOOL, Expr, Storage, Value, Variable, spell
@@ -49,9 +49,9 @@ HUB = ("live.mjs", "queries.mjs", "expressions.mjs", "history.mjs", "scripts.mjs
 IMPORT = re.compile(r'^import (.+) from "\./([\w.]+)";\n', re.MULTILINE)
 EXPORT = re.compile(r"^export (?=(?:class|function|const) (\w+))", re.MULTILINE)
 ENDING = re.compile(r"<(?=!|/?s)", re.IGNORECASE)
-"""What a script of HTML may end with, or begin a comment."""
+"""Strings that end a script in HTML, or start a comment."""
 INHERITED = (re.compile(r' font-family="[^"]*"'), re.compile(r' font-size="[^"]*"'))
-"""Of a drawing: attributes whose commonest value is said once, at its root."""
+"""Attributes of a drawing whose most frequent value is declared once, at its root."""
 SPARED = [
     (re.compile(r"<\?xml[^>]*>|<!DOCTYPE[^>]*>|<!--.*?-->|<title>[^<]*</title>", re.DOTALL), ""),
     (re.compile(r' text-anchor="start"| xlink:href="[^"]*"'), ""),
@@ -59,18 +59,18 @@ SPARED = [
     (re.compile(r"(\d)\.0+(?=[\s,\"])"), r"\1"),
     (re.compile(r">\n+"), ">"),
 ]
-"""Of a drawing: what is replaced by what."""
+"""Replacements in a drawing."""
 TOLD = ("name", "events", "data", "outputs", "inputs")
-"""Of a chart: what clients are told, too."""
+"""Fields of a chart that clients receive, too."""
 CHARSET = b'<meta charset="utf-8">'
 ELSEWHERE = ("connect-src", "frame-ancestors")
-"""Of the policy of a served page: there is no server, and a file cannot forbid to be framed."""
+"""Directives of a served page's policy that a file cannot have."""
 Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """What can be played: ``actions`` of a script, as commands; or ``entries`` of a path."""
+    """A scenario to play: ``actions`` of a script as commands, or ``entries`` of a path."""
 
     name: str
     content: Json
@@ -86,19 +86,19 @@ def simulating_page(
     """Return a page that simulates a system.
 
     Args:
-        system: A chart alone is a system of one machine.
-        file: The name of the file that saved tests mention.
-        conditions: Where it stops, as breakpoints.
-        scenarios: What can be played.
+        system: The system; a single chart is a system of one machine.
+        file: The file name that saved tests mention.
+        conditions: Conditions to stop at, as breakpoints.
+        scenarios: Scenarios that the page can play.
 
     Raises:
-        FsmkitError: For a condition that is none, machines that do not count time alike.
+        FsmkitError: For an invalid condition, and for machines with different ticks.
 
     """
     time_unit(system)
     here = script(system, file=file, conditions=conditions, scenarios=scenarios)
     transport = page.SPARED.sub("", (HERE / "transport.js").read_text(encoding="utf-8"))
-    served = page.assembled(here + transport, is_spared=True)
+    served = page.assemble_page(here + transport, is_spared=True)
     kept = [part for part in served.policy.split("; ") if not part.startswith(ELSEWHERE)]
     policy = "; ".join(kept)
     meta = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
@@ -117,8 +117,8 @@ def script(
     charts = {hash_of(machine.chart): machine.chart for machine in system.machines}
     names = _names(charts.values())
     texts = {each.name: each.text for chart in charts.values() for each in chart.sources}
-    descriptions = {h: _literal(described(chart, names)) for h, chart in charts.items()}
-    machine = own_names(system, "")
+    descriptions = {h: _literal(chart_description(chart, names)) for h, chart in charts.items()}
+    machine = machine_without_prefix(system, "")
     read = [(text, questions.read(system, text, machine, BOOL)) for text in conditions]
     fixed = {
         "name": system.name,
@@ -158,7 +158,7 @@ def _script(
     modules |= {f"{hash_}.mjs": module_text(chart) for hash_, chart in charts.items()}
     modules |= {name: (HERE / name).read_text(encoding="utf-8") for name in HUB}
     lines = ['"use strict";', "const offline = (() => {", "const modules = Object.create(null);"]
-    lines += [linked(name, text) for name, text in modules.items()]
+    lines += [link_module(name, text) for name, text in modules.items()]
     lines += ["const charts = {"]
     lines += [f'"{hash_}": {text},' for hash_, text in descriptions.items()]
     lines += ["};"]
@@ -185,8 +185,8 @@ def _script(
     return "\n".join(lines)
 
 
-def linked(name: str, text: str) -> str:
-    """Return a module as a function that is called once: what it exports is under its name."""
+def link_module(name: str, text: str) -> str:
+    """Return a module as a function that is called once and returns its exports under `name`."""
     exported = [found[1] for found in EXPORT.finditer(text)]
     body = page.SPARED.sub("", EXPORT.sub("", IMPORT.sub(_import, text)))
     return f"modules[{quoted(name)}] = (() => {{\n{body}return {{ {', '.join(exported)} }};\n}})();"
@@ -203,17 +203,17 @@ def _literal(value: object) -> str:
     escaped = (
         ENDING.sub("\\\\u003c", text).replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
     )
-    # a key `__proto__` of a literal would be no key
+    # `__proto__` in a literal is not a key
     return f"JSON.parse({json.dumps(escaped)})" if "__proto__" in escaped else escaped
 
 
-# --- what is written of charts --------------------------------------------------------------------
+# --- descriptions of charts --------------------------------------------------------------------
 
 
-def described(chart: Chart, names: Mapping[str, str]) -> Json:
-    """Return what the hub needs of a chart besides the generated machine.
+def chart_description(chart: Chart, names: Mapping[str, str]) -> Json:
+    """Return the description of a chart for the hub, without the generated machine.
 
-    Sources are called by other ``names``; their texts, which charts share, are not in it.
+    ``names`` maps sources to shown names. Their contents, shared by charts, are not included.
     """
     told: Json = msgspec.json.decode(messages.to_json(chart_message(chart)))
     for place in ("states", "transitions", "events", "data", "inputs", "outputs"):
@@ -223,15 +223,15 @@ def described(chart: Chart, names: Mapping[str, str]) -> Json:
                 each["at"] = {"file": file, "line": each["at"]["line"]}
     told["sources"] = [{"name": names[source.name]} for source in chart.sources]
     for wish in ("hides", "folds"):
-        told.pop(wish, None)  # there is no Graphviz to lay out anew
+        told.pop(wish, None)  # without Graphviz there is no new layout
     if "svg" in told:
-        told["svg"] = compact(told["svg"])
-    own = {key: value for key, value in _own(chart).items() if key not in TOLD}
-    return {**own, "message": told, **_asked(chart)}
+        told["svg"] = compact_drawing(told["svg"])
+    own = {key: value for key, value in _types(chart).items() if key not in TOLD}
+    return {**own, "message": told, **_query_data(chart)}
 
 
 def _names(charts: Iterable[Chart]) -> dict[str, str]:
-    """Return what to call each source: its path below the folder of all of them."""
+    """Return the shown name of each source: its path relative to the common folder."""
     paths = dict.fromkeys(source.name for chart in charts for source in chart.sources)
     places = {path: Path(os.path.abspath(path)) for path in paths if os.path.dirname(path)}  # noqa: PTH100, PTH120
     folder = os.path.commonpath([str(place.parent) for place in places.values()] or ["."])
@@ -239,8 +239,8 @@ def _names(charts: Iterable[Chart]) -> dict[str, str]:
     return {path: within.get(path, path) for path in paths}
 
 
-def compact(svg: str) -> str:
-    """Return a drawing of Graphviz without what a page passes over or what is said once above."""
+def compact_drawing(svg: str) -> str:
+    """Return a Graphviz drawing without parts that a page ignores or that are declared above."""
     for pattern, instead in SPARED:
         svg = pattern.sub(instead, svg.strip())
     for attribute in INHERITED:
@@ -249,8 +249,8 @@ def compact(svg: str) -> str:
     return svg if "'" in svg else svg.replace('"', "'")  # which JSON need not escape
 
 
-def _own(chart: Chart) -> Json:
-    """Return the types of all that a machine is told and tells of; the same of those it invokes."""
+def _types(chart: Chart) -> Json:
+    """Return the types of events, inputs, operations and outputs, including invoked machines."""
     operations = every_operation(chart)
     own = [operation.name for operation in chart.operations]
     return {
@@ -275,20 +275,20 @@ def _own(chart: Chart) -> Json:
                 "name": name,
                 "parameters": [{"name": p.name, "type": type_json(p.type)} for p in one.parameters],
                 "result": None if one.result is None else type_json(one.result),
-                "tried": [_listed(value) for value in one.tried],
+                "tried": [_json_value(value) for value in one.tried],
             }
             for name in [*own, *(name for name in operations if name not in own)]
             for one in [operations[name]]
         ],
-        "invocations": [{"id": i.id, "chart": _own(i.chart)} for i in chart.invocations],
+        "invocations": [{"id": i.id, "chart": _types(i.chart)} for i in chart.invocations],
     }
 
 
-def _listed(value: Value) -> object:
+def _json_value(value: Value) -> object:
     """Return a value of a ``from`` list as the machine holds it; numbers as text, of any size."""
     match value:
         case tuple():
-            return [_listed(part) for part in value]
+            return [_json_value(part) for part in value]
         case bool() | str():
             return value
         case int():
@@ -297,13 +297,13 @@ def _listed(value: Value) -> object:
             return {"float": str(value)}
 
 
-def _asked(chart: Chart) -> Json:
-    """Return what questions are answered of: guards in words, constants, types."""
+def _query_data(chart: Chart) -> Json:
+    """Return the data for queries: guards as text, constants, types."""
     return {
         "guards": {
             str(t.index): {
                 "text": spell(t.guard, chart.capacities.tick),
-                "reads": _reads(chart, t.guard),
+                "reads": _event_fields(chart, t.guard),
             }
             for t in chart.transitions
             if t.guard is not None
@@ -316,7 +316,7 @@ def _asked(chart: Chart) -> Json:
     }
 
 
-def _reads(chart: Chart, guard: Expr) -> list[list[Any]]:
+def _event_fields(chart: Chart, guard: Expr) -> list[list[Any]]:
     """Return the variables of a guard: where each is held, its name and type."""
     places = {Storage.DATA: "data", Storage.OUTPUT: "outputs", Storage.INPUT: "inputs"}
     slots = index_of(chart).slots
@@ -346,8 +346,8 @@ def _machine(machine: Machine) -> str:
 
 
 def _condition(system: System, text: str, found: Expression) -> str:
-    """Return a condition that was given when the page was made."""
-    machine = own_names(system, "")
+    """Return the compiled form of a condition given at build time."""
+    machine = machine_without_prefix(system, "")
     where = "null" if machine is None else str(machine)
     value = _compiled(system, found.tree, machine, found.atoms)
     return f"{{ text: {quoted(text)}, machine: {where}, value: {value} }}"

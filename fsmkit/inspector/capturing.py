@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.inspector.charts import chart_message
-from fsmkit.inspector.sources.traced import PARTED, Telling
+from fsmkit.inspector.sources.traced import PARTED, TraceEncoder
 from fsmkit.runtime.interpreter.snapshot import Entered, Exited, Taken
 from fsmkit.runtime.interpreter.trace import active_leaves, trace_lines, value_text
 from fsmkit.runtime.live.messages import PROTOCOL, AnyMessage, Hello, Named
@@ -30,16 +30,16 @@ from fsmkit.system.system import System
 
 
 def messages_of(
-    telling: Telling, told: Iterable[Followed], name: str, folder: Path = Path()
+    encoder: TraceEncoder, told: Iterable[Followed], name: str, folder: Path = Path()
 ) -> Iterator[AnyMessage]:
-    """Yield the messages of a trace, numbered; `Hello` and the charts as machines come.
+    """Yield the numbered messages of a trace, with `Hello` and the charts of new machines.
 
-    ``folder``: of the file that is written, from which the file of the chart is named.
+    ``folder``: of the written file; the path of a chart's file is relative to it.
     """
     n, known, charts = 0, 0, set[str]()
     for each in told:
-        entry = telling.entry(each)
-        machines = telling.system.machines
+        entry = encoder.entry(each)
+        machines = encoder.system.machines
         if len(machines) > known:
             known = len(machines)
             hashes = [hash_of(machine.chart) for machine in machines]
@@ -65,23 +65,23 @@ def messages_of(
 
 
 def _file_of(chart: Chart, folder: Path) -> str:
-    """Return the file of a chart as it is named from a folder; empty where that cannot be said."""
+    """Return the path of a chart's file relative to a folder; empty if there is none."""
     with suppress(OSError, ValueError):
         return os.path.relpath(chart.sources[0].name, folder) if chart.sources else ""
     return ""
 
 
-def lines_of(telling: Telling, told: Followed) -> Iterator[str]:
-    """Yield the lines of something that was told; with the machine's name where there are more."""
+def lines_of(encoder: TraceEncoder, told: Followed) -> Iterator[str]:
+    """Yield the lines of a replayed item, prefixed with the machine's name if there are several."""
     if isinstance(told, Missing):
         why = f": {told.why}" if told.why else ""
         what = {"ring": "records lost in the ring", "frame": "frames lost"}
         yield f"({told.count} {what.get(told.where, 'bytes that cannot be read')}{why})"
         return
-    place = telling.machine_of(told.instance)
+    place = encoder.machine_of(told.instance)
     if place is None:
         return
-    machines = telling.system.machines
+    machines = encoder.system.machines
     prefix = f"{machines[place].name}: " if len(machines) > 1 else ""
     yield from (prefix + line for line in _lines(machines[place].chart, told))
 
@@ -124,6 +124,6 @@ def _states(chart: Chart, leaves: Sequence[str]) -> str:
     return " ".join(("=", *leaves))
 
 
-def no_system(name: str) -> System:
-    """Return a system to which machines are added as a trace tells of them."""
+def empty_system(name: str) -> System:
+    """Return a system without machines; a trace adds them when their syncs arrive."""
     return System(name, ())

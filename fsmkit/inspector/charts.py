@@ -1,4 +1,4 @@
-"""Charts as messages: what a client needs to draw a machine and to make forms for its events."""
+"""Describe charts in messages: drawings, and the fields of forms for events."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ from fsmkit.system.views.drawing import draw, folds_named
 
 Json = dict[str, Any]
 MOST_DRAWN = 500
-"""States of a chart that is drawn: Graphviz takes a second for so many, minutes for ten times."""
+"""Maximum number of drawn states: Graphviz takes a second for them, minutes for ten times."""
 
 
 HIDDEN: dict[str, Callable[[Transition], bool]] = {
     "inherited": lambda transition: transition.origin is Origin.INHERITED,
     "watchdogs": lambda transition: transition.watchdog,
 }
-"""Transitions that a drawing can leave out."""
+"""Groups of transitions that a drawing can omit."""
 
 
 def chart_message(
     chart: Chart, hide: Sequence[str] = (), fold: Sequence[str] = (), *, is_drawn: bool = True
 ) -> ChartOf:
-    """Return a chart as a message; drawn, if there is Graphviz, without what ``hide`` names.
+    """Return a chart as a message, drawn without the parts named by ``hide`` if possible.
 
-    ``fold``: the states whose inner states are left out. `FsmkitError` for a name of nothing that
-    can be left out (``wrong-command``) or folded (``unknown-name``).
+    ``fold``: states whose substates are omitted. Raises `FsmkitError` for names that cannot be
+    hidden (``wrong-command``) or folded (``unknown-name``).
     """
     folds = folds_named(chart, fold)
     for name in hide:

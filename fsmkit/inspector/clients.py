@@ -1,4 +1,4 @@
-"""Those who look at a session, and are sent its messages as JSON."""
+"""The clients of a session, which receive its messages as JSON."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Send = Callable[[bytes], None]
 
 @dataclass(slots=True)
 class Client:
-    """Somebody who looks on, and perhaps commands."""
+    """A client that observes the session, and may give commands."""
 
     send: Send
     may_command: bool
@@ -24,7 +24,7 @@ class Clients:
         self._next = 1
 
     def __getitem__(self, number: int) -> Client:
-        """Return a client; `KeyError` for one that left."""
+        """Return a client; raises `KeyError` for one that left."""
         return self._all[number]
 
     def numbers(self) -> list[int]:
@@ -32,7 +32,7 @@ class Clients:
         return list(self._all)
 
     def number_of(self, client: Client) -> int:
-        """Return the number of a client, 0 for one that left."""
+        """Return the number of a client, or 0 for one that left."""
         return next((number for number, each in self._all.items() if each is client), 0)
 
     def join(self, send: Send, *, may_command: bool) -> int:

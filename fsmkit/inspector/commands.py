@@ -1,4 +1,4 @@
-"""The commands of the protocol `fsmkit.live`: what a client may say, each answered once."""
+"""The commands of the protocol `fsmkit.live`; each gets one response."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from msgspec import Struct
 from fsmkit.diagnostics import FsmkitError, fail
 
 MOST_BYTES = 65_536
-"""A longer command is refused."""
+"""Maximum size of a command, in bytes."""
 
 
 class Command(Struct, frozen=True, tag_field="do", kw_only=True):
-    """Whatever a client says; ``id`` comes back in the answer."""
+    """A command of a client; the response repeats its ``id``."""
 
     id: int
 
@@ -67,13 +67,13 @@ class Run(Command, frozen=True, tag="run", kw_only=True):
 
 
 class Pause(Command, frozen=True, tag="pause"):
-    """Stand still."""
+    """Pause the session."""
 
 
 class StepOn(Command, frozen=True, tag="step", kw_only=True):
-    """Go on by little: ``macro``: one step; ``timer``: to the next deadline; ``tick``: one tick.
+    """Advance by one step (``macro``), to the next deadline (``timer``), or one tick (``tick``).
 
-    ``time``: up to a time (``at``, ticks) and with all that is due then.
+    ``time``: advance to the time ``at`` (ticks), including timers that expire then.
     """
 
     how: str = "macro"
@@ -81,10 +81,10 @@ class StepOn(Command, frozen=True, tag="step", kw_only=True):
 
 
 class Back(Command, frozen=True, tag="back", kw_only=True):
-    """Look at an earlier step.
+    """Move the view to an earlier step.
 
-    ``to``: the last one at which something happened: ``breakpoint`` (any that there is, or a
-    fault), or a kind of breakpoint with ``m`` and ``what``.
+    ``to``: the last entry that hit any breakpoint or fault (``breakpoint``), or a kind of
+    breakpoint described by ``m`` and ``what``.
     """
 
     count: int = 1
@@ -137,7 +137,7 @@ class Watch(Command, frozen=True, tag="watch", kw_only=True):
 
 
 class Why(Command, frozen=True, tag="why", kw_only=True, rename={"payload": "with"}):
-    """Return what an event would do at the step in view, and what stands against it."""
+    """Return the effect of an event at the step in view, and the guards that block it."""
 
     m: str
     event: str
@@ -157,11 +157,11 @@ class Micro(Command, frozen=True, tag="micro", kw_only=True):
 
 
 class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
-    """Send a chart, by its hash; ``hide``: the transitions that its drawing leaves out.
+    """Send a chart by its hash; ``hide``: transitions that the drawing omits.
 
-    ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``fold``: composite
-    states that are boxes without what is in them. ``drawn`` false: no drawing is wanted, which
-    takes a second for a large chart.
+    These are ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``fold``:
+    composite states drawn as boxes without content. ``drawn`` false: omit the drawing, which takes
+    a second for a large chart.
     """
 
     chart: str
@@ -171,10 +171,10 @@ class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
 
 
 class Find(Command, frozen=True, tag="find", kw_only=True, rename={"guard": "if", "first": "from"}):
-    """Return the next entry after ``from``, or the last before it (``back``), that hits something.
+    """Return the next hit after the entry ``from``, or the last before it (``back``).
 
-    What it hits is described as in ``break``. The result is ``{"n": entry}``, ``{"from": entry}``
-    where to go on looking, or nothing.
+    The hit is described as in ``break``. The result is ``{"n": entry}``, ``{"from": entry}`` to
+    continue the search from, or nothing.
     """
 
     on: str
@@ -186,7 +186,7 @@ class Find(Command, frozen=True, tag="find", kw_only=True, rename={"guard": "if"
 
 
 class History(Command, frozen=True, tag="history", kw_only=True, rename={"first": "from"}):
-    """Send again what happened from a step on."""
+    """Send the entries from a step on again."""
 
     first: int = 1
     last: int | None = None
@@ -197,13 +197,13 @@ class Branches(Command, frozen=True, tag="branches"):
 
 
 class Fork(Command, frozen=True, tag="fork", kw_only=True):
-    """Go to the end of another branch; without a number: begin one here, in the interpreter."""
+    """Switch to the end of another branch; without a number, start one here in the interpreter."""
 
     branch: int | None = None
 
 
 class Follow(Command, frozen=True, tag="follow"):
-    """Look at the newest entry of what runs elsewhere, and go on with it."""
+    """Move to the newest entry of an external program and follow it."""
 
 
 class Open(Command, frozen=True, tag="open", kw_only=True):
@@ -218,7 +218,7 @@ class PictureWanted(Command, frozen=True, tag="picture"):
 
 
 class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}):
-    """Return what was done as a text: ``script``, ``pytest``, ``c``, ``sequence``, ``live``."""
+    """Return the session as ``script``, ``pytest``, ``c``, ``sequence`` or ``live``."""
 
     kind: str
 
@@ -232,7 +232,7 @@ CHANGING = (
     Post, SetInput, Returns, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork,
     Follow, Open,
 )  # fmt: skip
-"""Those that a client who only looks on may not give: others would see it."""
+"""Commands that affect other clients; a read-only client must not give them."""
 NAMES = [
     "post", "set", "returns", "change", "run", "pause", "step", "back", "forward", "seek", "break",
     "unbreak", "watch", "why", "events", "micro", "find", "chart", "history", "branches", "fork",
@@ -242,13 +242,13 @@ _decoder: msgspec.json.Decoder[AnyCommand] = msgspec.json.Decoder(AnyCommand)
 
 
 def read_command(text: str | bytes) -> AnyCommand:
-    """Return the command of a text; `FsmkitError` (``wrong-command``) for what is none."""
+    """Parse a command; raises `FsmkitError` (``wrong-command``) if it is invalid."""
     if len(text) > MOST_BYTES:
         raise wrong(f"the command has more than {MOST_BYTES} bytes")
     try:
         return _decoder.decode(text)
     except (ValueError, RecursionError) as error:
-        raise wrong(f"this is no command: {error}") from error
+        raise wrong(f"this is not a command: {error}") from error
 
 
 def id_of(text: str | bytes) -> int:

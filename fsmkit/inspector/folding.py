@@ -21,12 +21,12 @@ class Folded:
 
 @dataclass(slots=True)
 class _Machine:
-    """A machine that changes; ``base``: as it was told last."""
+    """A machine that changes; ``base``: its last reported state."""
 
     base: State
     on: dict[str, None]
     changed: dict[str, Json]
-    """What is not as in the base, by the name of the field."""
+    """The fields that differ from the base."""
     values: dict[str, Json]
     """Data and outputs that are not as in the base."""
     n: int
@@ -57,7 +57,7 @@ class _Machine:
         if step.fault is not UNSET:
             changed["fault"] = step.fault
 
-    def came(self, message: Post | Pass, row: Row) -> None:
+    def add_event(self, message: Post | Pass, row: Row) -> None:
         """Take an event that came into the queue."""
         self.n, self.at = message.n, message.at
         self.changed["queue"] = [*self.changed.get("queue", self.base.queue), row]
@@ -83,15 +83,15 @@ def _machine(state: State) -> _Machine:
 
 
 class Folding:
-    """Takes messages in their order; states that are entered come last in ``on``."""
+    """Applies messages in order; newly entered states are last in ``on``."""
 
     def __init__(self, before: Folded) -> None:
-        """Begin with machines as they were told."""
+        """Start with the given machines."""
         self._machines = {state.m: _machine(state) for state in before.states}
         self._lost = {each.m: each for each in before.lost}
 
     def take(self, messages: Iterable[AnyMessage]) -> None:
-        """Take messages; those of machines that there are not change nothing."""
+        """Apply messages; those of unknown machines are ignored."""
         machines = self._machines
         for message in messages:
             if isinstance(message, Step):
@@ -107,9 +107,9 @@ class Folding:
                 case Set() if message.m in machines:
                     machines[message.m].drive(message)
                 case Post(how="queued") if message.m in machines:
-                    machines[message.m].came(message, message.event)
+                    machines[message.m].add_event(message, message.event)
                 case Pass(how="queued", target=(name, event)) if name in machines:
-                    machines[name].came(message, [event, *message.values])
+                    machines[name].add_event(message, [event, *message.values])
                 case Lost():
                     self._lost[message.m] = message
                     for name, machine in machines.items():

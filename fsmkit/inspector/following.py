@@ -1,4 +1,4 @@
-"""What runs elsewhere: its entries are taken as they come, whatever is in view."""
+"""Follow an external program: append its entries, independent of the view."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.breakpoints import Breakpoints
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.playing import CLOCK_EVERY
-from fsmkit.inspector.sources import Driven, Entry, Followed
+from fsmkit.inspector.sources import DrivenSource, Entry, Followed
 from fsmkit.inspector.system_at import time_of
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.messages import Json, Signals, to_json
@@ -19,9 +19,9 @@ SIGNALS_EVERY = 16_600
 
 
 class Follower:
-    """Takes the entries of a source, and goes on with the view until it is frozen.
+    """Appends the entries of a source, and moves the view along until it is frozen.
 
-    The machine goes on in any case: a breakpoint freezes the view.
+    The program always continues; a breakpoint freezes only the view.
     """
 
     def __init__(self, view: View, points: Breakpoints, source: Followed) -> None:
@@ -31,12 +31,12 @@ class Follower:
         self.signals: Mapping[str, float] = dict(source.signals())
         """The samples that were sent last."""
         self._gone: list[Json] | None = None
-        """Why nothing comes any more."""
+        """Why the source has ended."""
         self._gathered: list[bytes] = []
         self._since_clock = self._since_signals = 0
 
     def advance(self, microseconds: int) -> None:
-        """Take what has come; nothing once the source has ended."""
+        """Append the entries that have arrived; do nothing after the end of the source."""
         if self._gone is not None:
             return
         view = self._view
@@ -54,31 +54,31 @@ class Follower:
             self.freeze(self._gone)
             return
         self._flush()
-        self._look_whether_it_runs()
+        self._report_running()
         if view.is_following and self._since_signals >= SIGNALS_EVERY and signals != self.signals:
             self.signals, self._since_signals = dict(signals), 0
-            view.tell(self.sampled())
+            view.send(self.sampled())
         if (
             view.is_live
             and self._since_clock >= CLOCK_EVERY
             and view.told_head != view.history.head
         ):
             self._since_clock = 0
-            view.tell(view.mode())
+            view.send(view.mode())
 
     def sampled(self) -> Signals:
         """Return the samples that were sent last, as a message."""
         values = list(map(value_json, self.signals.values()))
         return Signals(n=self._view.n, at=self._view.at, v=values)
 
-    def _look_whether_it_runs(self) -> None:
-        """Tell clients where what is driven begins to stand still, or goes on at another speed."""
+    def _report_running(self) -> None:
+        """Report to clients when a driven program pauses or changes its speed."""
         view, driven = self._view, self.driven
         if driven is None or (view.is_stopped, view.speed) == (not driven.is_running, driven.speed):
             return
         view.is_stopped, view.speed = not driven.is_running, driven.speed
         if view.is_live:
-            view.tell(view.mode())
+            view.send(view.mode())
 
     def _show(self, entry: Entry, text: bytes) -> None:
         """Go on with the view to an entry that came just now."""
@@ -94,36 +94,36 @@ class Follower:
                 self.freeze(why)
 
     def _flush(self) -> None:
-        """Send what was gathered of several entries."""
+        """Send the collected messages of several entries."""
         texts, self._gathered = self._gathered, []
         self._view.clients.send(texts)
 
-    # --- what is driven ------------------------------------------------------------------------
+    # --- driven programs ------------------------------------------------------------------------
 
     @property
-    def driven(self) -> Driven | None:
+    def driven(self) -> DrivenSource | None:
         """The source, if it can be stopped from here."""
         source = self.source
-        can = self._gone is None and isinstance(source, Driven) and "run" in source.can
-        return source if can and isinstance(source, Driven) else None
+        can = self._gone is None and isinstance(source, DrivenSource) and "run" in source.can
+        return source if can and isinstance(source, DrivenSource) else None
 
     def run(self, speed: float) -> None:
-        """Let what is driven go on; what is not does so anyway."""
+        """Let a driven program run; other programs run anyway."""
         if self.driven is not None:
             self.driven.run(speed)
-            self._look_whether_it_runs()
+            self._report_running()
 
     def pause(self) -> None:
-        """Stop what is driven; of what is not, only the view stands still."""
+        """Pause a driven program; for other programs, pause only the view."""
         if self.driven is None:
             self.freeze(["asked"])
             return
         self.driven.pause()
         self._view.why = ["asked"]
-        self._look_whether_it_runs()
+        self._report_running()
 
     def step(self, how: str) -> int:
-        """Let what is driven go on by a tick, or until its next timer is due; return the ticks."""
+        """Advance a driven program by a tick or to its next deadline; return the ticks."""
         view, ticks = self._view, 1
         if how == "timer" and view.moment is not None:
             due = view.course.simulation.next_deadline(view.moment)
@@ -131,16 +131,16 @@ class Follower:
         if self.driven is not None:
             self.driven.step(ticks)
             view.why = ["stepped"]
-            self._look_whether_it_runs()
+            self._report_running()
         return ticks
 
     def freeze(self, why: list[Json]) -> None:
-        """Stay at the entry in view, whatever comes."""
+        """Keep the entry in view while new entries arrive."""
         self._flush()
         self._view.is_following = False
         if self._view.is_live:
             self._view.why = why
-            self._view.tell(self._view.mode())
+            self._view.send(self._view.mode())
 
     def follow(self) -> bool:
         """Take the newest entry into view and go on with it; whether another branch was left."""
@@ -157,7 +157,7 @@ class Follower:
         """Return the source if it obeys a command; `FsmkitError` if it does not."""
         if self._gone is not None or command not in self.source.can:
             raise wrong(
-                f"what runs elsewhere takes no `{command}` from here",
-                "`fork` begins a branch in the interpreter, where the data are known",
+                f"the external program does not accept `{command}`",
+                "`fork` starts a branch in the interpreter if the data are known",
             )
         return self.source

@@ -1,8 +1,8 @@
-"""What happened: each entry as it was told, and moments from which any of them is made again.
+"""Store the history of a session: entries, and moments from which they can be recomputed.
 
-An entry is a macrostep, or something that a client did. Entries come of the simulation or are
-*given* by a source. Of simulated ones a moment is kept every `EVERY` entries and after each of a
-client; between two of them steps follow from each other. Of given ones all is kept that is known.
+An entry is a macrostep or an action of a client. Entries are simulated, or *given* by a source.
+For simulated ones, a moment is stored every `EVERY` entries and after each action; the steps
+between are recomputed. For given ones, every known moment is stored.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from dataclasses import dataclass, field
 
 from fsmkit.inspector.folding import Folded
 from fsmkit.inspector.packed_strings import Texts
-from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.simulation import Moment, SimulationStep
 
 EVERY = 64
-"""Entries from one kept moment to the next."""
+"""Number of entries between stored moments."""
 FOLDED_EVERY = 1_024
-"""Entries whose moments are unknown, from one kept state of the machines to the next."""
+"""Number of entries without moments between stored states of the machines."""
 LIMIT = 64_000_000
 """Bytes that a history keeps of its branch, and as many of the others; the oldest go."""
 ENTRY_SIZE = 70
-"""Bytes that an entry counts for besides its text: its share of the kept moments."""
+"""Size of an entry without its text: its share of the stored moments, in bytes."""
 KNOWN_SIZE = 2_000
-"""Bytes that a moment which is kept with its step counts for."""
+"""Size of a stored moment with its step, in bytes."""
 MOST_BRANCHES = 32
 
 
@@ -48,7 +48,7 @@ class Branch:
     """The entries of clients."""
     given: int = 0
     """The last entry that a source gave."""
-    steps: dict[int, Stepped] = field(default_factory=dict)
+    steps: dict[int, SimulationStep] = field(default_factory=dict)
     """The macrosteps of given entries, where they are known."""
     folded: dict[int, Folded] = field(default_factory=dict)
     """The machines at some of the given entries whose moments are not known."""
@@ -86,20 +86,20 @@ class Branch:
 
 
 class History:
-    """A branch that grows, and those that were left.
+    """The branch in view, and earlier branches.
 
-    What a source gives is appended to branch 0, which is never dropped, also while another one is
+    Entries of a source are appended to branch 0, which is never dropped, even if another branch is
     in view.
     """
 
     def __init__(
         self, moment: Moment | None, limit: int = LIMIT, *, is_whole: bool = False
     ) -> None:
-        """Begin with entry 0, before the start; ``is_whole``: what a source gives all stays."""
+        """Start with entry 0, before the start; ``is_whole``: never drop given entries."""
         self.limit = limit
         self._is_whole = is_whole
         self.number = 0
-        """Of the branch in view; each branch has its own."""
+        """The entries of the branch in view."""
         self.branch = Branch(0, Texts([b""]), {} if moment is None else {0: moment})
         self.others: dict[int, Branch] = {}
         self._next = 1
@@ -134,7 +134,7 @@ class History:
         self,
         text: bytes,
         moment: Moment | None,
-        stepped: Stepped | None,
+        stepped: SimulationStep | None,
         action: ClientAction | None,
     ) -> int:
         """Append an entry of a source; return its number."""
@@ -158,9 +158,9 @@ class History:
                 yield branch.text(n)
 
     def cut(self, n: int, moment: Moment, *, always: bool = False) -> None:
-        """Begin a branch after an entry; what came later stays as another one.
+        """Start a branch after an entry; later entries remain as another branch.
 
-        At the head there is nothing later: no branch, unless ``always``.
+        At the head there are no later entries, so there is no new branch unless ``always``.
         """
         old = self.branch
         if n == old.head and not always:
@@ -186,9 +186,9 @@ class History:
         self._drop_branches()
 
     def _drop_branches(self) -> None:
-        """Forget the oldest of the other branches: they share one limit, and their number has one.
+        """Drop the oldest other branches, which share one limit of size and one of number.
 
-        What branches have in common is counted for each of them. What a source gave stays.
+        Common parts are counted for each branch. Given entries are kept.
         """
         others = {k: branch for k, branch in self.others.items() if k or not branch.given}
         while len(others) > MOST_BRANCHES or sum(b.size for b in others.values()) > self.limit:
@@ -198,8 +198,8 @@ class History:
     def _drop_oldest(self, branch: Branch) -> None:
         """Keep a branch within the limit.
 
-        Of a full one so many entries are forgotten at once that it does not cost much at each, up
-        to the next that can be shown whole.
+        A full branch drops many entries at once, up to the next stored moment, to keep the cost
+        per entry low.
         """
         if branch.size <= self.limit or (branch.given and self._is_whole):
             return

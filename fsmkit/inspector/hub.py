@@ -1,9 +1,9 @@
-"""The hub: commands in, messages out. It has no sockets and no clocks; others call it.
+"""The hub: executes commands and sends messages, without sockets and clocks.
 
-A client joins, is told all, and gives commands, each of which is answered once. While the session
-runs, `Hub.advance` says how much real time passed. The session is simulated, or a source gives its
-entries: something recorded is played back, something followed is shown as it comes. A branch that
-a command begins is simulated, whatever it left.
+A client joins, receives the whole state, and gives commands; each gets one response. While the
+session runs, `Hub.advance` passes real time. The session is simulated, or a source provides
+entries: a recording is played back, a followed program is shown live. A branch started by a
+command is always simulated.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from fsmkit.inspector.playing import Player
 from fsmkit.inspector.questions import answering, finding
 from fsmkit.inspector.questions.arguments import datum_of, input_of, occurrence_of, results_of
 from fsmkit.inspector.recorder import Recorder, live_texts
-from fsmkit.inspector.reloading import done_again
-from fsmkit.inspector.simulation import Moment, Simulation, Stepped
-from fsmkit.inspector.sources import Driven, Followed, Recorded
+from fsmkit.inspector.reloading import repeat_actions
+from fsmkit.inspector.simulation import Moment, Simulation, SimulationStep
+from fsmkit.inspector.sources import DrivenSource, Followed, Recorded
 from fsmkit.inspector.system_at import Course
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live import messages
@@ -56,17 +56,17 @@ Source = Chart | System | Recorded | Followed
 
 
 class Hub:
-    """A session: of a simulated chart or system, or of what a source gives.
+    """A session of a simulated chart or system, or of a source.
 
     Args:
-        source: A chart, a system, or something recorded or followed.
-        file: Where it was read from, which saved tests name.
-        session: What the session is called.
-        seed: Of the answers of operations and of delays that are intervals, in the interpreter.
-        limit: Bytes that the history keeps.
-        picture: Of the plant.
-        observer: Is given each macrostep of the interpreter as it happens, from the start on.
-        editor: Opens a file at a line, on this machine.
+        source: A chart, a system, a recording or a followed program.
+        file: The file it was read from; saved tests name it.
+        session: Name of the session.
+        seed: Seed of the results of operations and of interval delays, in the interpreter.
+        limit: Maximum size of the history, in bytes.
+        picture: Picture of the plant.
+        observer: Function called with each macrostep of the interpreter, from the start on.
+        editor: Opens a file at a line, on this computer.
 
     """
 
@@ -79,7 +79,7 @@ class Hub:
         seed: int = 1,
         limit: int = LIMIT,
         picture: Picture | None = None,
-        observer: Callable[[Stepped], None] | None = None,
+        observer: Callable[[SimulationStep], None] | None = None,
         editor: Callable[[Path, int], None] | None = None,
     ) -> None:
         self._picture = picture
@@ -90,7 +90,7 @@ class Hub:
         self._file = file
         self._recorder: Recorder | None = None
         self._broken: list[Json] = []
-        """What is wrong with a file that is watched."""
+        """The present findings about a watched file."""
         self.system = system_within(source)
         self.simulation = Simulation(self.system, seed)
         self.session = session
@@ -113,36 +113,38 @@ class Hub:
             self._player.settle()
 
     def reload(self, model: Chart | System) -> None:
-        """Show another version of the chart or system, after the same commands.
+        """Replace a simulated chart or system by a new version, and repeat the commands.
 
-        The branch in view is done again, up to the same time; others are left. The view is at its
-        end; the first entry that differs is told (``["reloaded", n]``). Only of what is simulated.
+        The branch in view is repeated up to the same time; other branches are dropped. The view
+        moves to the end. The first differing entry is reported (``["reloaded", n]``).
         """
         old, system = self.view, system_within(model)
         simulation = Simulation(system, self.simulation.seed)
         begin = simulation.begin()
         course = Course(simulation, begin, old.history.limit)
-        again = done_again(old.course, course, begin, old.at if old.is_at_head else self._end_at)
+        again = repeat_actions(
+            old.course, course, begin, old.at if old.is_at_head else self._end_at
+        )
         self.system, self.simulation = system, simulation
         self.view = View(course, begin)
         self.view.clients = old.clients
-        self._points.read_anew(system)
+        self._points.set_system(system)
         self._player = Player(self.view, self._points, [])
         view = self.view
         view.n, view.moment, view.at = course.history.head, again.moment, again.moment.now
         view.speed, view.is_running, view.why = old.speed, False, again.why
         self._broken = []
         if self._recorder is not None:
-            self._recorder.begin_anew()
+            self._recorder.restart()
             self._record(self._recorder)
         self._welcome_all()
         if old.is_running:
             self._player.run(old.speed)
 
     def show_findings(self, findings: Iterable[Diagnostic]) -> None:
-        """Tell all what is wrong with the file at the moment; the session stays as it is."""
+        """Report the present findings about the file to all clients; the session stays as it is."""
         self._broken = [as_json(finding) for finding in findings]
-        self.view.tell(messages.Broken(findings=self._broken))
+        self.view.send(messages.Broken(findings=self._broken))
 
     def _load(self, recorded: Recorded) -> None:
         for entry in recorded.entries:
@@ -168,29 +170,29 @@ class Hub:
 
     @property
     def messages(self) -> list[AnyMessage]:
-        """What clients are told of the entry in view; nothing before the first."""
+        """The messages of the entry in view; empty before the first."""
         is_known = self.view.history.first < self.n
         return self.view.course.messages(self.n) if is_known else []
 
     @property
-    def stepped(self) -> Stepped | None:
-        """The macrostep that led to the entry in view; None where a client did, or nobody knows."""
+    def stepped(self) -> SimulationStep | None:
+        """The macrostep of the entry in view; None for an action of a client or unknown data."""
         is_known = self.view.history.first < self.n
         return self.view.course.stepped(self.n) if is_known else None
 
     # --- clients -------------------------------------------------------------------------------
 
     def join(self, send: Send, *, may_command: bool = True) -> int:
-        """Take a client in, to whom messages are sent as JSON; return its number."""
+        """Add a client that receives messages as JSON; return its number."""
         number = self.view.clients.join(send, may_command=may_command)
         self.welcome(number)
         return number
 
     def welcome(self, client: int) -> None:
-        """Send a client the whole state: at the beginning, and where it could not follow."""
+        """Send a client the whole state, initially and after a loss of messages."""
         one = self.view.clients[client]
         broken = [messages.Broken(findings=self._broken)] if self._broken else []
-        points = [self._points.told] if self._points.told.points else []
+        points = [self._points.message] if self._points.message.points else []
         states = self.view.states()
         for message in (self._hello(one), *states, self.view.mode(), *points, *broken):
             one.send(to_json(message))
@@ -202,13 +204,13 @@ class Hub:
         self.view.clients.leave(client)
 
     def receive(self, client: int, text: str | bytes) -> None:
-        """Obey a command of a client, or refuse it; both are answered."""
+        """Execute or reject a command of a client, and respond."""
         one = self.view.clients[client]
         number = commands.id_of(text)
         try:
             command = read_command(text)
             if isinstance(command, commands.CHANGING) and not one.may_command:
-                raise wrong("this session is only looked at", "start it without `--read-only`")
+                raise wrong("this session is read-only", "start it without `--read-only`")
             answer: AnyMessage = messages.Done(re=command.id, result=self._obey(one, command))
         except FsmkitError as error:
             first = error.diagnostics[0]
@@ -218,9 +220,9 @@ class Hub:
         one.send(to_json(answer))
 
     def drawing(self, text: str | bytes) -> Callable[[], object] | None:
-        """Return what a command needs that takes long and touches nothing else: a drawing.
+        """Return the slow part of a command, a drawing, as a function; None if there is none.
 
-        It may be called in another thread; `receive` has it at hand then. None if nothing does.
+        It may be called in another thread; `receive` then uses the result.
         """
         try:
             command = read_command(text)
@@ -228,7 +230,7 @@ class Hub:
             return None
         if not isinstance(command, commands.ChartWanted):
             return None
-        return self.view.course.teller.drawing(
+        return self.view.course.encoder.drawing(
             command.chart, command.hide, command.fold, is_drawn=command.drawn
         )
 
@@ -241,11 +243,11 @@ class Hub:
 
     @property
     def wants_more(self) -> bool:
-        """Whether there is more to do than `advance` did: it should be called again at once."""
+        """Return whether `advance` left work, so that it should be called again immediately."""
         return self._player.wants_more
 
     def advance(self, microseconds: int) -> None:
-        """Let so much real time pass: go on if the session runs, take what a source has."""
+        """Pass real time: advance a running session, and take the entries of a source."""
         if self._follower is not None:
             self._follower.advance(microseconds)
         self._player.advance(microseconds)
@@ -281,11 +283,11 @@ class Hub:
                 return self.add_breakpoint(command)
             case commands.Unbreak(number=number):
                 self._points.remove(number)
-                return view.tell(self._points.told)
+                return view.send(self._points.message)
             case commands.Watch():
-                return answering.watched(view, command)
+                return answering.watched_value(view, command)
             case commands.Why():
-                return answering.explained(view, command)
+                return answering.explain_event(view, command)
             case commands.Events(m=machine):
                 return answering.events(view, machine)
             case commands.Micro(n=n):
@@ -293,7 +295,7 @@ class Hub:
             case commands.Find():
                 return finding.found(view, command)
             case commands.ChartWanted(chart=hash_, hide=hide, fold=fold, drawn=drawn):
-                return client.send(view.course.teller.chart(hash_, hide, fold, is_drawn=drawn))
+                return client.send(view.course.encoder.chart(hash_, hide, fold, is_drawn=drawn))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
             case commands.Branches():
@@ -310,7 +312,7 @@ class Hub:
                 return self._open(name, line)
 
     def _by(self, client: Client) -> int:
-        """Return the number of a client, where that tells who commanded: there are several."""
+        """Return the number of the commanding client if there are several clients, else 0."""
         clients = self.view.clients
         return clients.number_of(client) if len(clients.numbers()) > 1 else 0
 
@@ -365,7 +367,7 @@ class Hub:
         chart, name = self.simulation.charts[machine], self.simulation.names[machine]
         place, value = datum_of(chart, command.data, command.value)
         if self._live is not None:
-            raise wrong("data of what runs elsewhere cannot be changed", "`fork` first")
+            raise wrong("the data of an external program cannot be changed", "`fork` first")
         before = self.view.begin_branch()
         told = {command.data: value_json(value, chart.data[place].type)}
         self._note(
@@ -374,13 +376,13 @@ class Hub:
         )
 
     def _note(self, message: Post | Set, after: Moment) -> None:
-        """Keep that a client did something, send it to all, and do what follows at once."""
+        """Store an action of a client, send it to all, and process its consequences."""
         view = self.view
         view.n, view.moment = view.history.head + 1, after
         view.course.add(after, [message])
         view.clients.send([view.history.branch.text(view.n)])
         if isinstance(message, Set) and message.data:
-            view.tell(*view.states())
+            view.send(*view.states())
         self._player.settle()
 
     def _run(self, command: commands.Run) -> None:
@@ -406,7 +408,7 @@ class Hub:
         self._player.stop(["asked"])
 
     def _step(self, how: str, at: int) -> int:
-        """Go on by little; in the past what happened is looked at again. Return the steps done."""
+        """Advance by one unit; in the past, replay entries. Return the number of steps."""
         if how not in ("macro", "timer", "tick", "time"):
             raise wrong(f"there is no step `{how}`", "use macro, timer, tick or time")
         view = self.view
@@ -417,8 +419,8 @@ class Hub:
             before = view.moment
             view.go(view.n + 1)
             view.why = self._why_at(view.n) or ["stepped"]
-            view.tell_entry(before)
-            view.tell(view.mode())
+            view.send_entry(before)
+            view.send(view.mode())
             return 1
         if view.is_live:
             return 0
@@ -427,22 +429,22 @@ class Hub:
         return self._player.step(how, at)
 
     def _seek(self, n: int, why: list[Json] | None = None) -> int:
-        """Look at an entry; what happens from there on is a branch of its own. Return it."""
+        """Move the view to an entry; later actions start a branch. Return the entry."""
         view = self.view
         view.is_running = view.is_following = False
         view.go(max(view.history.first, min(n, view.history.head)))
         view.why = why or self._why_at(view.n) or ["sought"]
-        view.tell_all()
+        view.send_all()
         return view.n
 
     def _back(self, command: commands.Back) -> int:
         """Look at an earlier entry: so many back, or the last one at which something happened."""
         if not command.to:
             return self._seek(self.n - command.count)
-        hit: Hit = self._points.found
+        hit: Hit = self._points.stop_reasons
         if command.to != "breakpoint":
             wanted = commands.Break(id=0, on=command.to, m=command.m, what=command.what)
-            hit = breakpoints.hit_of(self.system, breakpoints.read(self.system, wanted))
+            hit = breakpoints.hit_detector(self.system, breakpoints.read(self.system, wanted))
         course = self.view.course
         for n, before, after in course.back(self.n - 1):
             why = hit(before, after, course.messages(n))
@@ -458,17 +460,17 @@ class Hub:
     def add_breakpoint(self, command: commands.Break) -> int:
         """Add a breakpoint; return its number. `FsmkitError` for names that there are not."""
         number = self._points.add(command)
-        self.view.tell(self._points.told)
+        self.view.send(self._points.message)
         return number
 
     def _fork(self, number: int | None) -> int:
-        """Go to the end of a branch, or begin one here; return the entry in view."""
+        """Move to the end of a branch, or start one here; return the entry in view."""
         view, was_live = self.view, self.view.is_live
         if number is None:
             view.begin_branch(always=True)
             view.is_running = view.is_following = False
             view.why = ["forked"]
-            view.tell_all()
+            view.send_all()
         elif number in view.history.others:
             view.course.switch(number)
             self._seek(view.history.head)
@@ -479,13 +481,13 @@ class Hub:
         return view.n
 
     def _follow(self) -> None:
-        """Go on with what runs elsewhere."""
+        """Follow the external program again."""
         if self._follower is None:
             raise wrong("nothing is followed in this session", "use `run`, or `fork` to a branch")
         if self._follower.follow():
             self._welcome_all()
         else:
-            self.view.tell_all()
+            self.view.send_all()
 
     def _open(self, name: str, line: int) -> None:
         """Open a source in an editor; no other file is opened."""
@@ -493,13 +495,13 @@ class Hub:
             raise wrong("this session opens no editor", "start it with `--open-with`")
         known = {source.name for chart in self.simulation.charts for source in chart.sources}
         if name not in known:
-            raise wrong(f"`{name}` is no source of this session")
+            raise wrong(f"`{name}` is not a source of this session")
         self._editor(Path(name), line)
 
     def _save(self, kind: str) -> str:
         view = self.view
         source = None if self._live is None else self._live.source
-        if isinstance(source, Driven) and kind in ("script", "pytest"):
+        if isinstance(source, DrivenSource) and kind in ("script", "pytest"):
             return source.save(kind)
         now = view.at if view.is_at_head else self._end_at
         if kind == "live":
@@ -508,9 +510,9 @@ class Hub:
         return saving.saved(view.course, kind, self._file, now)
 
     def record(self, path: Path) -> Recorder:
-        """Write the session to a file (``.live``, ``.live.gz``) from here on, and what came before.
+        """Write the session to a file (``.live``, ``.live.gz``), including its past.
 
-        `FsmkitError` (``unwritable-output``) where that cannot be done.
+        Raises `FsmkitError` (``unwritable-output``).
         """
         self._recorder = Recorder(path)
         self._record(self._recorder)
@@ -537,7 +539,7 @@ class Hub:
 
     @property
     def _live(self) -> Follower | None:
-        """What is followed, if its own branch is in view."""
+        """The followed program, if its branch is in view."""
         return self._follower if self.view.is_live else None
 
     def _welcome_all(self) -> None:
@@ -562,7 +564,7 @@ class Hub:
             at=self.at,
             n=self.n,
             can=can,
-            machines=self.view.course.teller.machines,
+            machines=self.view.course.encoder.machines,
             readonly=client is not None and not client.may_command,
             seed=self.simulation.seed,
             client=0 if client is None else self.view.clients.number_of(client),
@@ -571,7 +573,7 @@ class Hub:
 
 
 def system_within(source: Source) -> System:
-    """Return the system of whatever a hub shows."""
+    """Return the system of a hub's source."""
     if isinstance(source, Chart):
         return system_of(source)
     return source if isinstance(source, System) else source.system

@@ -6,18 +6,18 @@ import zlib
 from collections.abc import Iterable, Iterator
 
 TOGETHER = 64
-"""Texts that are packed together: they are much alike, and one is found in the time of so many."""
+"""Number of strings per block: similar strings compress well, but a block unpacks as a whole."""
 LEVEL = 1
-"""Of zlib: a text is packed at each step of what runs."""
+"""Level of zlib: fast, because each step of a running session packs a string."""
 OBJECT_SIZE = 41
-"""Bytes that a text takes besides its own which is not packed: the object, and what holds it."""
+"""Overhead of an unpacked string in bytes: the object and its reference."""
 
 
 class Texts:
-    """Texts without a line break; the first ones may be forgotten.
+    """Strings without line breaks in compressed form; the first ones can be dropped.
 
     Args:
-        texts: Those to begin with.
+        texts: The initial strings.
 
     """
 
@@ -68,7 +68,7 @@ class Texts:
         self._skipped = within
 
     def first(self, count: int) -> Texts:
-        """Return so many of the first; what is packed is shared."""
+        """Return the first `count` strings; packed blocks are shared."""
         found = Texts()
         together, within = divmod(self._skipped + count, TOGETHER)
         together = min(together, len(self._packed))
@@ -80,7 +80,7 @@ class Texts:
         return found
 
     def _of(self, together: int) -> list[bytes]:
-        """Return texts that stand together."""
+        """Return the strings of a block."""
         if together >= len(self._packed):
             return self._last
         packed = self._packed[together]

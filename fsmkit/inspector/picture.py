@@ -1,9 +1,9 @@
-"""A view: a picture of a plant in SVG, whose elements are bound to what a session tells.
+"""Read a view: an SVG picture of a plant whose elements are bound to values of a session.
 
-The file is drawn with any editor. Attributes ``data-...`` bind an element; docs/reference/views.md
-has them all. What reaches the page is made here: elements and attributes of two lists, values that
-name nothing outside of the picture, and the bindings as data. Everything else is left out, and
-named in a finding. The page passes the picture through its own lists again.
+Any editor can draw the file. Attributes ``data-...`` bind an element; docs/reference/views.md
+lists them. The page receives only elements and attributes of two lists, values without references
+outside the picture, and the bindings as data. Everything else is omitted, with a finding. The page
+filters the picture again.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ DRAWN = frozenset(
      "y2", "width", "height", "viewBox", "fill", "stroke", "stroke-width", "stroke-dasharray",
      "text-anchor", "font-family", "font-size", "font-weight", "font-style")
 )  # fmt: skip
-"""Attributes that say how something looks."""
+"""Attributes of appearance."""
 VALUE = re.compile(r"[\w\s.,;#%()+\-/'\"]*", re.ASCII)
 NUMBER = r"-?\d+(?:\.\d+)?"
 NAME = r"[A-Za-z_][\w.\-]*"
@@ -68,12 +68,12 @@ class Picture:
     items: tuple[Json, ...]
 
     def as_json(self) -> Json:
-        """Return it as it is told to a page."""
+        """Return the message for a page."""
         return {"svg": self.svg, "items": list(self.items)}
 
 
 def read_picture(path: Path, findings: Findings) -> Picture:
-    """Read the view of a file; `FsmkitError` (``wrong-view``) if it is none."""
+    """Read the view of a file; raises `FsmkitError` (``wrong-view``) if it is not a view."""
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
@@ -83,7 +83,7 @@ def read_picture(path: Path, findings: Findings) -> Picture:
 
 
 def picture_of(content: bytes, name: str, findings: Findings) -> Picture:
-    """Return the view of a text; what is left out of it gets a warning each."""
+    """Return the view of a file's content; each omitted part gets a warning."""
     if len(content) > MOST_BYTES:
         raise fail("wrong-view", f"`{name}` has more than {MOST_BYTES:,} bytes")
     parser = etree.XMLParser(
@@ -93,20 +93,22 @@ def picture_of(content: bytes, name: str, findings: Findings) -> Picture:
     try:
         root = etree.fromstring(content, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        raise fail("wrong-view", f"`{name}` is no XML: {error}") from error
+        raise fail("wrong-view", f"`{name}` is not XML: {error}") from error
     if b"<!DOCTYPE" in content:
         raise fail(
             "wrong-view", f"`{name}` declares a document type", help="remove `<!DOCTYPE ...>`"
         )
     if root.tag != f"{{{SVG}}}svg":
-        raise fail("wrong-view", f"`{name}` is no SVG: its root is `{etree.QName(root).localname}`")
+        raise fail(
+            "wrong-view", f"`{name}` is not SVG: its root is `{etree.QName(root).localname}`"
+        )
     text = content.decode(errors="replace")
     return _Maker(Source(name, text), findings).made(root)
 
 
 @dataclass(slots=True)
 class _Maker:
-    """Copies what is allowed."""
+    """Copies the allowed elements."""
 
     source: Source
     findings: Findings
@@ -115,17 +117,17 @@ class _Maker:
     told: set[str] = field(default_factory=set)
 
     def made(self, root: etree._Element) -> Picture:
-        copied = self.copied(root, 0)
-        if copied is None or not copied.get("viewBox"):
+        copy_element = self.copy_element(root, 0)
+        if copy_element is None or not copy_element.get("viewBox"):
             raise fail(
-                "wrong-view", "the picture has no `viewBox`", self.at(root),
+                "wrong-view", "the picture has no `viewBox`", self.span(root),
                 help='write `viewBox="0 0 800 600"`: the page gives it its size',
             )  # fmt: skip
         for size in ("width", "height"):
-            copied.attrib.pop(size, "")
-        return Picture(etree.tostring(copied, encoding="unicode"), tuple(self.items))
+            copy_element.attrib.pop(size, "")
+        return Picture(etree.tostring(copy_element, encoding="unicode"), tuple(self.items))
 
-    def at(self, element: etree._Element) -> Span:
+    def span(self, element: etree._Element) -> Span:
         """Return the line of an element."""
         line = max(1, getattr(element, "sourceline", 1) or 1)
         lines = self.source.text.split("\n")
@@ -134,18 +136,18 @@ class _Maker:
         begin = min(begin, len(self.source.text))
         return Span(self.source, begin, min(begin + length, len(self.source.text)))
 
-    def leave_out(self, what: str, element: etree._Element) -> None:
+    def omit(self, what: str, element: etree._Element) -> None:
         if what not in self.told:
             self.told.add(what)
             self.findings.add(
-                "wrong-view", f"{what} is left out of the picture", self.at(element),
+                "wrong-view", f"the picture omits {what}", self.span(element),
                 severity=Severity.WARNING,
             )  # fmt: skip
 
-    def copied(self, element: etree._Element, depth: int) -> etree._Element | None:
-        """Return an element with what is allowed of it; None if it is not."""
+    def copy_element(self, element: etree._Element, depth: int) -> etree._Element | None:
+        """Return an element with its allowed parts, or None if it is not allowed."""
         if not isinstance(element.tag, str):
-            raise fail("wrong-view", "the picture has entities", self.at(element))
+            raise fail("wrong-view", "the picture has entities", self.span(element))
         name = etree.QName(element)
         self.count += 1
         if self.count > MOST_ELEMENTS or depth > MOST_DEEP:
@@ -153,10 +155,10 @@ class _Maker:
                 "wrong-view",
                 f"the picture has more than {MOST_ELEMENTS:,} elements, "
                 f"or more than {MOST_DEEP} within each other",
-                self.at(element),
+                self.span(element),
             )
         if name.namespace != SVG or name.localname not in ELEMENTS:
-            self.leave_out(f"the element `{name.localname}`", element)
+            self.omit(f"the element `{name.localname}`", element)
             return None
         copy = etree.Element(name.text, nsmap={None: SVG})  # type: ignore[dict-item]
         given: dict[str, str] = {}
@@ -166,12 +168,12 @@ class _Maker:
             elif key in DRAWN and VALUE.fullmatch(value) and "url" not in value.lower():
                 copy.set(key, value)
             elif key != "id":
-                self.leave_out(f"the attribute `{key}`", element)
+                self.omit(f"the attribute `{key}`", element)
         if given:
             self.bind(element, copy, given)
         copy.text = element.text
         for child in element:
-            made = self.copied(child, depth + 1)
+            made = self.copy_element(child, depth + 1)
             if made is not None:
                 copy.append(made)
                 made.tail = child.tail
@@ -185,7 +187,9 @@ class _Maker:
         """Yield attributes; of ``style`` its declarations, as editors write them."""
         for key, value in ((str(k), str(v)) for k, v in element.attrib.items()):
             if len(value) > MOST_LONG:
-                raise fail("wrong-view", f"`{key}` has {len(value):,} characters", self.at(element))
+                raise fail(
+                    "wrong-view", f"`{key}` has {len(value):,} characters", self.span(element)
+                )
             if key != "style":
                 yield key, value
                 continue
@@ -207,11 +211,11 @@ class _Maker:
                 item[name] = _moved(text) if read is None else read(text)
             except ValueError as error:
                 raise fail(
-                    "wrong-view", f"`{key}` is {error}: `{text}`", self.at(element)
+                    "wrong-view", f"`{key}` is {error}: `{text}`", self.span(element)
                 ) from error
         for owner, needs in (("with", "post"), ("digits", "text"), ("words", "text")):
             if owner in item and needs not in item:
-                raise fail("wrong-view", f"`data-{owner}` needs `data-{needs}`", self.at(element))
+                raise fail("wrong-view", f"`data-{owner}` needs `data-{needs}`", self.span(element))
         copy.set("id", item["id"])
         self.items.append(item)
 
@@ -287,9 +291,9 @@ _READERS: Mapping[str, Callable[[str], Any]] = {
 
 
 def check_names(picture: Picture, system: System) -> None:
-    """Raise `FsmkitError` (``unknown-name``) for a machine or an event that there is not.
+    """Raise `FsmkitError` (``unknown-name``) for an unknown machine or event.
 
-    Names of values are looked up on the page: a plant tells its signals when it runs.
+    The page resolves names of values, because a plant sends its signals at run time.
     """
     charts = {machine.name: machine.chart for machine in system.machines}
     for item in picture.items:

@@ -1,4 +1,4 @@
-"""Time in a session: what was recorded is played back, what comes then is simulated."""
+"""Advance the view of a session: play back recorded entries, then simulate."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.breakpoints import Breakpoints, fault_of
-from fsmkit.inspector.simulation import FOR_EVER, Moment, Stepped
+from fsmkit.inspector.simulation import FOR_EVER, Moment, SimulationStep
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.messages import AnyMessage, Json, Log
 
@@ -17,18 +17,18 @@ CLOCK_EVERY = 100_000
 
 
 class Player:
-    """Goes on with a view: by time, by steps, up to breakpoints."""
+    """Advances a view by time, by steps, or to breakpoints."""
 
     def __init__(
         self,
         view: View,
         points: Breakpoints,
         end: list[Json],
-        observer: Callable[[Stepped], None] | None = None,
+        observer: Callable[[SimulationStep], None] | None = None,
     ) -> None:
-        """Stand still; ``end``: the reason for the last entry that a source gave.
+        """Start paused; ``end``: the reason to stop at the last entry of a source.
 
-        ``observer`` is given each macrostep of the interpreter when it happens.
+        ``observer`` is called with each macrostep of the interpreter.
         """
         self._observer = observer
         self._view = view
@@ -40,7 +40,7 @@ class Player:
         points.log = self._log
 
     def _log(self, number: int, text: str) -> None:
-        self._view.tell(Log(n=self._view.n, at=self._view.at, number=number, text=text))
+        self._view.send(Log(n=self._view.n, at=self._view.at, number=number, text=text))
 
     # --- by time -------------------------------------------------------------------------------
 
@@ -49,7 +49,7 @@ class Player:
         view = self._view
         view.speed, view.is_running, view.why = speed, True, []
         self._due = float(view.at)
-        view.tell(view.mode())
+        view.send(view.mode())
 
     @property
     def wants_more(self) -> bool:
@@ -58,7 +58,7 @@ class Player:
         return view.is_running and (view.speed == 0 or view.at < int(self._due))
 
     def advance(self, microseconds: int) -> None:
-        """Go on by so much real time; nothing if the session stands still."""
+        """Advance by real time; do nothing while paused."""
         view = self._view
         if not view.is_running:
             return
@@ -67,10 +67,10 @@ class Player:
         self._since_clock += microseconds
         if view.is_running and self._since_clock >= CLOCK_EVERY:
             self._since_clock = 0
-            view.tell(view.mode())
+            view.send(view.mode())
 
     def settle(self) -> None:
-        """Do what is to be done at the same time."""
+        """Process all steps at the present time."""
         if self._view.is_running:
             return
         self._view.is_running = True
@@ -78,11 +78,11 @@ class Player:
         self._view.is_running = False
 
     def stop(self, why: list[Json]) -> None:
-        """Stand still, if it ran."""
+        """Pause, if running."""
         view = self._view
         if view.is_running:
             view.is_running, self._points.until, view.why = False, None, why
-            view.tell(view.mode())
+            view.send(view.mode())
 
     # --- by steps ------------------------------------------------------------------------------
 
@@ -105,7 +105,7 @@ class Player:
             case _:
                 self._go(view.at if due is None else due, MOST_STEPS)
         view.is_running = False
-        view.tell(view.mode())
+        view.send(view.mode())
         return view.n - first
 
     @property
@@ -128,7 +128,7 @@ class Player:
                 return
 
     def _simulate(self, until: int) -> bool:
-        """Do a step in the interpreter; False if there is none until that time."""
+        """Take a step in the interpreter; return False if there is none until that time."""
         view = self._view
         before = view.begin_branch()
         try:
@@ -140,9 +140,9 @@ class Player:
         if done is None:
             return False
         view.n = view.history.head + 1
-        told = view.course.teller.step(view.n, view.moment, done)
+        told = view.course.encoder.step(view.n, view.moment, done)
         view.course.add(view.moment, told)
-        view.tell_entry(before)
+        view.send_entry(before)
         if self._observer is not None:
             self._observer(done)
         self._look_at(before, told)
@@ -156,7 +156,7 @@ class Player:
             return False
         before = view.moment
         view.go(view.n + 1)
-        view.tell_entry(before)
+        view.send_entry(before)
         self._look_at(before, view.course.messages(view.n))
         if not view.is_past:
             self.stop(self._end)

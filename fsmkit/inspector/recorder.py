@@ -12,14 +12,14 @@ from fsmkit.inspector.system_at import Course
 from fsmkit.runtime.live.messages import Hello, to_json
 
 FLUSHED_EVERY = 1_000_000
-"""Microseconds of real time after which all that was written is on the disk."""
+"""Maximum delay until written entries are on the disk, in microseconds."""
 
 
 def live_texts(hello: Hello, course: Course) -> Iterator[bytes]:
     """Yield the lines of a file of messages, up to the end of the branch in view."""
     history = course.history
     yield to_json(hello)
-    yield from map(course.teller.chart, dict.fromkeys(course.teller.hashes))
+    yield from map(course.encoder.chart, dict.fromkeys(course.encoder.hashes))
     states = course.folded(history.first).states
     yield b"[" + b",".join(map(to_json, states)) + b"]"
     for text in filter(None, history.branch.texts):
@@ -37,10 +37,10 @@ def _opened(path: Path) -> IO[bytes]:
 
 
 class Recorder:
-    """Writes entries to a file as they come; an entry of the past begins another branch there."""
+    """Writes entries to a file as they arrive; an entry of the past starts another branch."""
 
     def __init__(self, path: Path) -> None:
-        """Begin a file; `FsmkitError` (``unwritable-output``) where that cannot be done."""
+        """Create a file; raises `FsmkitError` (``unwritable-output``) if that fails."""
         self.path = path
         self._since = 0
         self.error: FsmkitError | None = None
@@ -52,8 +52,8 @@ class Recorder:
         except OSError as error:
             raise self._unwritable(error) from error
 
-    def begin_anew(self) -> None:
-        """Drop what was written; once writing has failed, nothing."""
+    def restart(self) -> None:
+        """Discard the written entries, unless writing has failed."""
         if self._file is None:
             return
         self.close()
@@ -87,7 +87,7 @@ class Recorder:
                 self._give_up(error)
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining entries."""
         file, self._file = self._file, None
         if file is not None:
             try:
@@ -103,5 +103,5 @@ class Recorder:
         return fail(
             "unwritable-output",
             f"`{self.path}` cannot be written: {error.strerror or error}",
-            help="the session goes on; record to another file",
+            help="the session continues; record to another file",
         )

@@ -1,4 +1,4 @@
-"""A chart that is saved again: the same commands are done with it, and what differs is found."""
+"""Repeat the commands of a session with a saved chart, and find the first difference."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.history import Branch
 from fsmkit.inspector.questions.arguments import (
     datum_of,
+    index_of_received_event,
     input_of,
     occurrence_of,
-    received,
     results_of,
 )
 from fsmkit.inspector.simulation import Moment
@@ -22,32 +22,32 @@ from fsmkit.inspector.system_at import Course
 from fsmkit.runtime.live.messages import Json, Post, Set
 
 MOST_STEPS = 20_000
-"""Steps that are done again: the session stands still meanwhile."""
+"""Maximum number of repeated steps, during which the session is blocked."""
 
 
 @dataclass(frozen=True, slots=True)
-class Again:
-    """How far the commands of a session were done again.
+class RepeatedSession:
+    """The result of repeating the commands of a session.
 
-    ``moment``: the system at the end. ``why``: ``["reloaded"]``, with the first entry that differs,
-    and if a command could not be done, its finding.
+    ``moment``: the system at the end. ``why``: ``["reloaded"]`` with the first differing entry,
+    and the finding of a command that could not be repeated.
     """
 
     moment: Moment
     why: list[Json]
 
 
-def done_again(old: Course, fresh: Course, begin: Moment, at: int) -> Again:
-    """Do in a fresh course, which begins at a moment, what clients did in the branch in view.
+def repeat_actions(old: Course, fresh: Course, begin: Moment, at: int) -> RepeatedSession:
+    """Repeat the actions of the branch in view in a new course from its initial moment.
 
-    Each command comes after as many entries as it did, or when nothing else is to be done until
-    its time. ``at``: the time at the end (ticks).
+    Each action follows the same number of entries as before, or comes when no step remains until
+    its time. ``at``: the final time in ticks.
     """
-    making = _Making(fresh, begin)
+    making = _Repetition(fresh, begin)
     branch, problem = old.history.branch, ""
     try:
         if branch.first:
-            raise wrong("the first entries are forgotten, so it begins anew")
+            raise wrong("the first entries were dropped, so the session restarts")
         for n, action in sorted(branch.actions.items()):
             making.run(action.at, most=n - 1 - fresh.history.head)
             if making.moment.now < action.at:
@@ -64,7 +64,7 @@ def done_again(old: Course, fresh: Course, begin: Moment, at: int) -> Again:
         why.append(fresh.history.head if differs is None else differs)
     if problem:
         why.append(problem)
-    return Again(making.moment, why)
+    return RepeatedSession(making.moment, why)
 
 
 def _first_difference(old: Branch, new: Branch) -> int | None:
@@ -77,8 +77,8 @@ def _first_difference(old: Branch, new: Branch) -> int | None:
 
 
 @dataclass(slots=True)
-class _Making:
-    """A course while it is made."""
+class _Repetition:
+    """A course under construction."""
 
     course: Course
     moment: Moment
@@ -93,10 +93,10 @@ class _Making:
             self.moment, done = course.simulation.step(self.moment, until)
             if done is None:
                 return
-            course.add(self.moment, course.teller.step(n, self.moment, done))
+            course.add(self.moment, course.encoder.step(n, self.moment, done))
 
     def do(self, message: Post | Set) -> None:
-        """Do what a client did; `FsmkitError` where there is no such event or input any more."""
+        """Repeat an action of a client; raises `FsmkitError` if the event or input is gone."""
         simulation = self.course.simulation
         machine = machine_of(simulation.system, message.m)
         chart, n = simulation.charts[machine], self.course.history.head + 1
@@ -113,7 +113,7 @@ class _Making:
             self.course.add(self.moment, [replace(message, n=n, at=self.moment.now)])
             return
         name, *values = message.event
-        fields = [field.name for field in chart.events[received(chart, name)].fields]
+        fields = [field.name for field in chart.events[index_of_received_event(chart, name)].fields]
         if len(fields) != len(values):
             raise wrong(f"the event `{name}` has other fields now")
         occurrence = occurrence_of(chart, name, dict(zip(fields, values, strict=True)))

@@ -1,4 +1,4 @@
-"""What was done in a session, as a script, a pytest, a test in C, a sequence diagram."""
+"""Save a session as a script, a pytest, a test in C, or a sequence diagram."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from fsmkit.diagnostics import FsmkitError, Source, Span, Text
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.sequences import as_mermaid
-from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.simulation import SimulationStep
 from fsmkit.inspector.system_at import Course
 from fsmkit.inspector.testing import c_test
 from fsmkit.runtime.interpreter.snapshot import Macrostep
@@ -37,19 +37,19 @@ KINDS = ("script", "pytest", "c", "sequence", "live")
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """A course made again: what a client did as lines of a script, and the trace."""
+class RecomputedSession:
+    """A recomputed course: a client's actions as script lines, and the trace."""
 
     script: list[str]
     trace: list[str]
 
 
-def made_again(course: Course) -> Made:
-    """Go through the branch in view; `FsmkitError` where what it did is not known.
+def recompute(course: Course) -> RecomputedSession:
+    """Recompute the branch in view; raises `FsmkitError` if its steps are unknown.
 
-    Time passes in the script before what a client does, and for the first step after it.
+    Time advances in the script before an action, and for the first step after it.
     """
-    branch, simulation, teller = course.history.branch, course.simulation, course.teller
+    branch, simulation, teller = course.history.branch, course.simulation, course.encoder
     if branch.first:
         raise wrong("the first steps are forgotten", "save as `live`")
     seed = simulation.seed
@@ -67,7 +67,7 @@ def made_again(course: Course) -> Made:
             machine = "" if teller.is_alone else f"{name}: "
             trace += [f"{machine}full queue"] if by.is_refused else []
             continue
-        done: Stepped | None
+        done: SimulationStep | None
         if n <= branch.given:
             moment, done = branch.moments.get(n), branch.steps.get(n)
         elif moment is not None:
@@ -81,19 +81,19 @@ def made_again(course: Course) -> Made:
             script.append(f"run {at % CLOCK}")
         is_started, waits, last = True, False, at
         trace += _lines(course, done)
-    return Made(script, trace)
+    return RecomputedSession(script, trace)
 
 
-def _lines(course: Course, done: Stepped) -> Iterable[str]:
+def _lines(course: Course, done: SimulationStep) -> Iterable[str]:
     lines = trace_lines(course.simulation.charts[done.machine], (done.macrostep,))
     name = course.simulation.names[done.machine]
-    return lines if course.teller.is_alone else (f"{name}: {line}" for line in lines)
+    return lines if course.encoder.is_alone else (f"{name}: {line}" for line in lines)
 
 
 def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
-    """Return the branch in view as a text; ``now``: the time at its end (ticks).
+    """Return the branch in view in a format; ``now``: the time at its end in ticks.
 
-    `FsmkitError` for a kind that there is not, and where a text of this kind cannot say it.
+    Raises `FsmkitError` for an unknown format, and if the format cannot express the session.
     """
     if kind not in KINDS:
         raise wrong(f"nothing is saved as `{kind}`", f"use {', '.join(KINDS)}")
@@ -104,7 +104,7 @@ def saved(course: Course, kind: str, file: Path | None, now: int) -> str:
     if kind == "c" and file is not None:
         return c_test(course, file)
     system, seed = course.simulation.system, course.simulation.seed
-    made = made_again(course)
+    made = recompute(course)
     script = script_of(system, [*made.script, f"run {now % CLOCK}"], made.trace, seed)
     if kind == "script":
         return "".join(f"{line}\n" for line in script)
@@ -117,11 +117,11 @@ def trace_of(file: str, script: Sequence[str], seed: int = 1) -> list[str]:
     from fsmkit.diagnostics import Findings
     from fsmkit.system.any_file import read, system_within
 
-    return played(system_within(read(file, Findings())), script, seed)
+    return script_trace(system_within(read(file, Findings())), script, seed)
 
 
-def played(system: System, script: Sequence[str], seed: int = 1) -> list[str]:
-    """Return the trace of a system under a script; of one machine alone that of the machine."""
+def script_trace(system: System, script: Sequence[str], seed: int = 1) -> list[str]:
+    """Return the trace of a system under a script; a single machine has no prefix."""
     if system.is_open and len(system.machines) == 1:
         return run_script(system.machines[0].chart, script)
     player = SystemPlayer(system, seed)
@@ -138,14 +138,14 @@ def played(system: System, script: Sequence[str], seed: int = 1) -> list[str]:
 def script_of(
     system: System, lines: Sequence[str], trace: Sequence[str], seed: int = 1
 ) -> list[str]:
-    """Return a script without what is written twice, if its trace is this one.
+    """Return a script without redundant lines, if it gives the same trace.
 
-    `FsmkitError` (``wrong-command``) where no script does the same: an event came between two steps
+    Raises `FsmkitError` (``wrong-command``) if no script does: an event arrived between two steps
     at one time, or an input of a system was set.
     """
     script = [line for n, line in enumerate(lines) if line != lines[n - 1] or not _is_time(line)]
     try:
-        same = played(system, script, seed) == list(trace)
+        same = script_trace(system, script, seed) == list(trace)
     except FsmkitError as error:
         raise _unscripted() from error
     if not same:
@@ -159,7 +159,7 @@ def _is_time(line: str) -> bool:
 
 def _unscripted() -> FsmkitError:
     return wrong(
-        "no script does what was done here",
+        "no script can express this session",
         "a script posts when all is quiet, and sets inputs of a chart alone: save as `live`",
     )
 
@@ -167,9 +167,12 @@ def _unscripted() -> FsmkitError:
 def pytest_of(file: Path, script: Sequence[str], trace: Sequence[str], seed: int = 1) -> str:
     """Return a pytest that performs a script of a file again."""
     return PYTEST.format(
-        file=repr(str(file.resolve())), seed=seed, script=_listed(script), trace=_listed(trace)
+        file=repr(str(file.resolve())),
+        seed=seed,
+        script=_python_list(script),
+        trace=_python_list(trace),
     )
 
 
-def _listed(lines: Sequence[str]) -> str:
+def _python_list(lines: Sequence[str]) -> str:
     return "[\n" + "".join(f"    {str.__str__(line)!r},\n" for line in lines) + "]"

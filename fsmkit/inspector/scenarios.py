@@ -26,14 +26,14 @@ Json = dict[str, Any]
 
 
 def read_scenario(system: System, path: Path) -> Scenario:
-    """Read a script of a system, or of the chart that stands for it; or a trace of ``check``.
+    """Read a script of a system or of its only chart, or a trace of ``check``.
 
-    `FsmkitError`: ``unreadable-file``, ``wrong-script-line`` for a line that no page can do,
-    ``replay-parts`` for a trace of another system or of charts that have changed.
+    Raises `FsmkitError`: ``unreadable-file``, ``wrong-script-line`` for a line that a page cannot
+    execute, ``replay-parts`` for a trace of another system or of changed charts.
     """
     text = read_bytes(path).decode("utf-8", errors="replace")
     if text.lstrip().startswith("{"):
-        return _recalled(system, path)
+        return _read_recorded(system, path)
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     actions = tuple(_actions(system, list(script_texts(lines, str(path)))))
     if not actions:
@@ -50,14 +50,14 @@ def _actions(system: System, lines: list[Text]) -> Iterator[Json]:
 
 
 def _of_chart(system: System, line: Text) -> Json | None:
-    """Return what a line of the script of a chart does; None for what only prints."""
+    """Return the action of a chart's script line, or None for a line that only prints."""
     machine = system.machines[0]
     read = read_line(machine.chart, line)
     match read.verb:
         case "start" if read.number == 0:
             return {"do": "start"}
         case "start":
-            raise wrong_line(line, "the time of a page begins at 0", "write `start 0`")
+            raise wrong_line(line, "the time of a page starts at 0", "write `start 0`")
         case "run":
             return {"do": "run", "at": read.number}
         case "post":
@@ -110,8 +110,8 @@ def _returns(machine: str, chart: Chart, operation: str, results: tuple[Value, .
 # --- paths of `check` ---------------------------------------------------------------------------
 
 
-def _recalled(system: System, path: Path) -> Scenario:
-    """Read a trace: what was told, and the machines after each entry."""
+def _read_recorded(system: System, path: Path) -> Scenario:
+    """Read a trace: its messages, and the machines after each entry."""
     recording, _ = read_trace(path)
     names = [(machine.name, hash_of(machine.chart)) for machine in system.machines]
     if names != [(each.name, hash_of(each.chart)) for each in recording.system.machines]:

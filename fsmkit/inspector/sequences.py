@@ -1,4 +1,4 @@
-"""A session as a sequence diagram: who did what, when, and what went from whom to whom."""
+"""Draw a session as a sequence diagram with times, events and their receivers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def as_mermaid(course: Course) -> str:
     """Return the last steps of the branch in view, for Mermaid."""
     system, history = course.simulation.system, course.history
     first = max(history.first + 1, 1)
-    making = _Making(course)
+    making = _Diagram(course)
     blocks = [
         block for n in range(first, history.head + 1) for block in making.blocks(course.messages(n))
     ]
@@ -38,19 +38,19 @@ def as_mermaid(course: Course) -> str:
     return mermaid.draw(Diagram(system.name, lifelines, parts, end, violated=False))
 
 
-class _Making:
+class _Diagram:
     def __init__(self, course: Course) -> None:
         simulation = course.simulation
         self._tick = simulation.tick
         self._names = simulation.names
-        self._is_alone = course.teller.is_alone
+        self._is_alone = course.encoder.is_alone
         self._active: dict[str, list[str]] = {}
         self._posted: dict[str, list[str]] = {}
-        """Events that came to each machine from outside and were not yet taken."""
+        """External events in the queue of each machine."""
         self._told: Arrow | None = None
 
     def blocks(self, messages: Sequence[AnyMessage]) -> Iterator[Block]:
-        """Yield the block of an entry that is a step, or a change from outside."""
+        """Yield the block of a step or of an external change."""
         first = messages[0]
         match first:
             case Post(how="queued"):

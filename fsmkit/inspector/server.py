@@ -1,9 +1,9 @@
-"""A hub behind one port: the page over HTTP, messages over a WebSocket.
+"""Serve a hub on one port: the page over HTTP, messages over a WebSocket.
 
-It binds to the loopback unless told otherwise. Whoever connects knows the token in the address of
-the page, comes from that page (`Origin`) by a name of ours (`Host`, against rebinding of names),
-and speaks `fsmkit.live.1`. A step never waits for a client: one that reads too slowly loses
-messages, is told how many, and then all.
+By default it binds to the loopback. A client must know the token in the page's address, have the
+page as `Origin` and one of our names as `Host` (against DNS rebinding), and speak `fsmkit.live.1`.
+A step never waits for a client: a slow client loses messages, gets their number, and then the
+whole state.
 """
 
 from __future__ import annotations
@@ -38,29 +38,29 @@ MOST_CLIENTS = 8
 MOST_COMMANDS = 200
 """Commands of a client in a second; it waits with more."""
 MOST_BEHIND = 4_000_000
-"""Bytes that wait for a client; one that is further behind loses what is no answer to it."""
+"""Maximum size of a client's queue in bytes; beyond it, messages except responses are lost."""
 PATIENCE = 5.0
-"""Seconds since a client took something for which four times as much may wait: the machine is busy.
+"""Seconds after the last read during which a queue may be four times as long.
 
-It reads, and gets all then; one that reads slowly would only see what is long past."""
+The client of a busy computer then gets everything. A slow client would only see old steps."""
 ANSWERS = (b'{"k":"done"', b'{"k":"refused"', b'{"k":"chart"')
-"""How answers begin. A chart may have more than `MOST_BEHIND`; who does not read is not heard."""
+"""Prefix of responses. A chart may exceed `MOST_BEHIND`; a client that does not read is ignored."""
 MOST_DRAWINGS = 16
 """Drawings that a client waits for; with more it waits."""
 PATH = "/live"
 _silent = logging.getLogger("fsmkit.inspector.server")
-"""A stranger who knocks is no matter for the terminal: there is no handler but of the host."""
+"""Logger without output: failed connections of strangers are not shown on the terminal."""
 _silent.addHandler(logging.NullHandler())
 _silent.propagate = False
 
 
 @dataclass(slots=True)
 class _Outbox:
-    """What waits for a client."""
+    """The queue of messages for a client."""
 
     texts: list[bytes] = field(default_factory=list)
     size: int = 0
-    """Bytes of what is no answer."""
+    """Size of the messages that are not responses, in bytes."""
     answered: int = 0
     """Bytes of answers."""
     lost: int = 0
@@ -69,7 +69,7 @@ class _Outbox:
     wake: asyncio.Event = field(default_factory=asyncio.Event)
     taken: asyncio.Event = field(default_factory=asyncio.Event)
     is_over: bool = False
-    """Nobody takes any more: nothing is kept, and nobody waits for room."""
+    """The client has left: messages are dropped, and no thread waits."""
 
     def put(self, text: bytes) -> None:
         if self.is_over:
@@ -90,7 +90,7 @@ class _Outbox:
         return MOST_BEHIND if is_late else 4 * MOST_BEHIND
 
     def drop(self) -> int:
-        """Forget all that is no answer; return how much that was."""
+        """Discard all messages that are not responses; return their number."""
         kept = [text for text in self.texts if text.startswith(ANSWERS)]
         count = len(self.texts) - len(kept)
         self.texts, self.size = kept, 0
@@ -103,7 +103,7 @@ class _Outbox:
             await self.taken.wait()
 
     def take(self) -> bytes:
-        """Return all that waits as one array."""
+        """Return all queued messages as one array."""
         text = b"[" + b",".join(_inner(text) for text in self.texts) + b"]"
         self.texts.clear()
         self.size = self.answered = 0
@@ -112,7 +112,7 @@ class _Outbox:
         return text
 
     def close(self) -> None:
-        """Let go of what waits, and of who waits for room: the client is gone."""
+        """Discard the queue and wake its waiting thread: the client has left."""
         self.is_over = True
         self.take()
 
@@ -126,11 +126,11 @@ class LiveServer:
     """Serves a hub.
 
     Args:
-        hub: What is served.
-        host: An address to bind to; both loopbacks unless it is given.
-        port: 0 for any that is free.
-        origins: Origins besides our own from which pages may connect.
-        is_readonly: Whether clients may only look on.
+        hub: The hub to serve.
+        host: The address to bind to; by default both loopbacks.
+        port: The port; 0 for any free one.
+        origins: Other origins whose pages may connect.
+        is_readonly: Whether commands of clients are rejected.
 
     """
 
@@ -155,7 +155,7 @@ class LiveServer:
 
     @property
     def address(self) -> str:
-        """The address of the page; the token stands behind `#`, which no browser sends."""
+        """The address of the page; its token follows `#`, which no browser sends."""
         host = self._host or LOOPBACK[0]
         return f"http://{f'[{host}]' if ':' in host else host}:{self.port}/#{self.token}"
 
@@ -189,15 +189,15 @@ class LiveServer:
 
     async def run(self) -> None:
         """Let real time pass for the hub until it is cancelled."""
-        await let_time_pass(self.hub)
+        await run_clock(self.hub)
 
     # --- HTTP ----------------------------------------------------------------------------------
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answer a request that is not to become a WebSocket; None for one that may."""
+        """Respond to an HTTP request; return None for a valid WebSocket request."""
         try:
             where = urlsplit(request.path)
-        except ValueError:  # `http://[::1`, which is no address
+        except ValueError:  # `http://[::1` is not an address
             return _refuse(connection, HTTPStatus.BAD_REQUEST, "the address is wrong")
         if _only(request, "Host") not in self._hosts():
             return _refuse(connection, HTTPStatus.FORBIDDEN, "this host is not served here")
@@ -247,7 +247,7 @@ class LiveServer:
     # --- WebSocket -----------------------------------------------------------------------------
 
     async def _follow(self, connection: ServerConnection) -> None:
-        """Serve a client until it goes."""
+        """Serve a client until it leaves."""
         if self._clients >= MOST_CLIENTS:
             await connection.close(1013, "there are too many")
             return
@@ -288,9 +288,9 @@ class LiveServer:
             task.cancel()
 
     async def _draw(self, client: int, text: str | bytes) -> None:
-        """Obey a command when Graphviz has laid out what it needs; all else goes on meanwhile."""
+        """Execute a command once Graphviz has laid out its drawing, without blocking others."""
         async with self._drawing:  # one drawing at a time
-            if (draw := self.hub.drawing(text)) is not None:  # nobody drew it meanwhile
+            if (draw := self.hub.drawing(text)) is not None:  # no other client has drawn it
                 await asyncio.to_thread(draw)
         self.hub.receive(client, text)
 
@@ -312,7 +312,7 @@ class LiveServer:
         outbox.close()
 
 
-async def let_time_pass(hub: Hub) -> None:
+async def run_clock(hub: Hub) -> None:
     """Let real time pass for a hub until it is cancelled."""
     last = time.monotonic_ns()
     while True:
@@ -323,7 +323,7 @@ async def let_time_pass(hub: Hub) -> None:
 
 
 def _only(request: Request, name: str) -> str | None:
-    """Return a header, None where there is none; where there are several: no name of ours."""
+    """Return a header, None if it is missing, or an invalid name if there are several."""
     found = request.headers.get_all(name)
     return found[0] if len(found) == 1 else "" if found else None
 

@@ -23,7 +23,7 @@ class Shown:
 
     def __init__(self, source: ProgramSource, server: LiveServer) -> None:
         self.address = ""
-        """Where the page is; whoever knows it may look on."""
+        """Address of the page; it grants read access."""
         self._source = source
         self._server = server
         self._ready = threading.Event()
@@ -57,9 +57,9 @@ class Shown:
         self._ready.set()
 
     def obey(self) -> int:
-        """Do what clients asked for (``commands=True``); return how many commands that were.
+        """Execute the queued commands of clients (``commands=True``); return their number.
 
-        Call it where the program uses the session, before `run`.
+        Call it in the thread that uses the session, before `run`.
         """
         return self._source.obey()
 
@@ -85,17 +85,17 @@ class Shown:
 def show(
     session: Session | SystemSession, *, port: int = 0, commands: bool = False, quiet: bool = False
 ) -> Shown:
-    """Show a session of this program in a page of this machine, and print its address.
+    """Show a session of this program in a local page, and print its address.
 
-    It is served by a thread of its own; the program never waits for who looks on. What happens is
-    shown as it comes; looking back freezes the view, and a breakpoint does, never the machine.
+    A separate thread serves the page, and the program never waits for it. Steps appear live.
+    Looking back, or a breakpoint, freezes the view, never the machine.
 
     Args:
-        session: What is shown, from here on.
-        port: 0 for any that is free.
-        commands: Whether clients may post events and set inputs; then the program calls
+        session: The session to show from now on.
+        port: The port; 0 for any free one.
+        commands: Whether clients may post events and set inputs; the program must then call
             `Shown.obey` in its loop.
-        quiet: The address is not printed; it is in `Shown.address`.
+        quiet: Do not print the address; it is in `Shown.address`.
 
     Raises:
         FsmkitError: ``port-not-free``.

@@ -1,7 +1,7 @@
-"""A system, one macrostep at a time, as a pure function: what can be taken back and forked.
+"""Simulate a system one macrostep at a time, as a pure function that permits undo and forks.
 
-The schedule is that of `runtime.system_session`, of which this is the form that stands still
-between any two macrosteps. A chart alone is a system of one machine.
+The schedule is that of `runtime.system_session`, interruptible between any two macrosteps. A
+single chart is a system of one machine.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A machine that runs until it is quiet, and what it did so far: it is passed on at the end."""
+    """A machine that runs until it is quiet, and its steps, which are delivered at the end."""
 
     machine: int
     before: Snapshot
@@ -46,15 +46,15 @@ class Turn:
     """Events that it still takes at this time."""
     done: tuple[Macrostep, ...]
     is_single: bool = False
-    """It goes no further: others changed what its eventless transitions read."""
+    """Whether the turn has a single step, because shared data enabled an eventless transition."""
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
     """All machines, in the order of the system, between two macrosteps.
 
-    ``answers``: the states of the pseudo-random hosts. ``given``: what operations of each machine
-    return from here on, as `SeededHost.given`. ``at_once``: steps since the time moved.
+    ``answers``: the states of the pseudo-random hosts. ``given``: the next results of each
+    machine's operations, as `SeededHost.given`. ``at_once``: steps since the time advanced.
     """
 
     now: int
@@ -68,7 +68,7 @@ class Moment:
 
 
 @dataclass(frozen=True, slots=True)
-class Passed:
+class Delivery:
     """An event that went, or did not fit, from a machine to another."""
 
     link: EventLink
@@ -77,7 +77,7 @@ class Passed:
 
 
 @dataclass(frozen=True, slots=True)
-class Driven:
+class InputChange:
     """An input that a machine changed by an output; or shared data, after the inputs."""
 
     machine: int
@@ -86,13 +86,13 @@ class Driven:
 
 
 @dataclass(frozen=True, slots=True)
-class Stepped:
-    """What one step did: a macrostep of a machine, and what reached others by its end."""
+class SimulationStep:
+    """The result of a step: a macrostep of a machine, and the changes it caused in others."""
 
     machine: int
     macrostep: Macrostep
-    passed: tuple[Passed, ...]
-    driven: tuple[Driven, ...]
+    passed: tuple[Delivery, ...]
+    driven: tuple[InputChange, ...]
 
 
 class Simulation:
@@ -114,7 +114,7 @@ class Simulation:
     def _is_environment(self, machine: int) -> bool:
         return self.system.machines[machine].environment
 
-    # --- what a client does --------------------------------------------------------------------
+    # --- actions of clients --------------------------------------------------------------------
 
     def begin(self) -> Moment:
         """Return the system before its start."""
@@ -144,7 +144,7 @@ class Simulation:
     ) -> Moment:
         """Give the results of an operation from here on, one a call; the last one stays."""
         given = {**moment.given[machine], operation: results}
-        return replace(moment, given=_placed(moment.given, machine, given))
+        return replace(moment, given=_with_element(moment.given, machine, given))
 
     def set_data(self, moment: Moment, machine: int, place: int, value: Value) -> Moment:
         """Give a datum another value, and with it whoever shares it."""
@@ -154,11 +154,11 @@ class Simulation:
         moment = _with(moment, machine, replace(before, data=tuple(data)))
         return self.drive(moment, machine, before)[0]
 
-    def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, Stepped | None]:
-        """Do the next macrostep that happens until a time (ticks).
+    def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, SimulationStep | None]:
+        """Take the next macrostep up to a time in ticks.
 
-        None where there is none: then it is that time, or the time of the last step if nothing is
-        ever due. `FsmkitError` (``livelock``) where time stands still.
+        Return None if there is none. The time is then `until`, or that of the last step if no
+        timer is armed. Raises `FsmkitError` (``livelock``) if time does not advance.
         """
         if moment.to_start:
             return self._start(moment)
@@ -176,13 +176,13 @@ class Simulation:
             moment = replace(moment, now=deadline, at_once=0)
 
     def next_deadline(self, moment: Moment) -> int | None:
-        """Return when the first timer of any machine is due."""
+        """Return the first deadline of any machine."""
         deadlines = [next_deadline(each) for each in moment.snapshots if each.running]
         return min((due for due in deadlines if due is not None), default=None)
 
     # --- turns ---------------------------------------------------------------------------------
 
-    def _start(self, moment: Moment) -> tuple[Moment, Stepped]:
+    def _start(self, moment: Moment) -> tuple[Moment, SimulationStep]:
         machine, *rest = moment.to_start
         chart, before = self.charts[machine], moment.snapshots[machine]
         kept = kept_at_start(self.system.machines[machine], before.data)
@@ -192,12 +192,12 @@ class Simulation:
         started = (*moment.started, (machine, first))
         moment, changed = self.drive(moment, machine, before)
         moment = replace(moment, to_start=tuple(rest), started=() if not rest else started)
-        passed: tuple[Passed, ...] = ()
+        passed: tuple[Delivery, ...] = ()
         if not rest:
             for each, macrostep in started:
-                moment, more = self.pass_on(moment, each, (macrostep,))
+                moment, more = self.deliver(moment, each, (macrostep,))
                 passed += more
-        return moment, Stepped(machine, first, passed, changed)
+        return moment, SimulationStep(machine, first, passed, changed)
 
     def _begin_turn(self, moment: Moment, machine: int) -> tuple[Moment, Turn] | None:
         """Return the turn of a machine, with its first macrostep; None if it has nothing to do."""
@@ -213,16 +213,16 @@ class Simulation:
                 turn = Turn(machine, before, allowance, (tried,), is_single=bool(own.shared))
                 return self._after(moment, machine, tried), turn
         turn = Turn(machine, before, self._allowance(machine, before), ())
-        return self._within(moment, turn)
+        return self._next_macrostep(moment, turn)
 
     def _allowance(self, machine: int, snapshot: Snapshot) -> int:
         waiting = len(snapshot.queue) + len(snapshot.deferred)
         return waiting + self.charts[machine].capacities.microsteps
 
-    def _within(self, moment: Moment, turn: Turn) -> tuple[Moment, Turn] | None:
-        """Take the next event or timer of the machine whose turn it is; None where there is none.
+    def _next_macrostep(self, moment: Moment, turn: Turn) -> tuple[Moment, Turn] | None:
+        """Process the next event or timer of the present turn; None if there is none.
 
-        As `runtime.interpreter.run.run`.
+        It follows `runtime.interpreter.run.run`.
         """
         machine, chart = turn.machine, self.charts[turn.machine]
         snapshot, host = moment.snapshots[machine], self._host(moment, machine)
@@ -241,25 +241,25 @@ class Simulation:
         turn = replace(turn, allowance=allowance, done=(*turn.done, done))
         return self._after(moment, machine, done), turn
 
-    def _go_on(self, moment: Moment, turn: Turn) -> tuple[Moment, Stepped]:
-        found = self._within(replace(moment, turn=None), turn)
+    def _go_on(self, moment: Moment, turn: Turn) -> tuple[Moment, SimulationStep]:
+        found = self._next_macrostep(replace(moment, turn=None), turn)
         if found is None:
-            raise AssertionError("a turn is kept only while it goes on")
+            raise AssertionError("a stored turn must have another step")
         return self._close(*found)
 
-    def _close(self, moment: Moment, turn: Turn) -> tuple[Moment, Stepped]:
-        """Count the step; pass on what the machine did, if it has nothing else to do."""
+    def _close(self, moment: Moment, turn: Turn) -> tuple[Moment, SimulationStep]:
+        """Count the step; deliver the events of the turn if the machine is quiet."""
         machine, chart = turn.machine, self.charts[turn.machine]
         last = turn.done[-1]
         moment = replace(moment, at_once=moment.at_once + 1)
         if moment.at_once > self._most:
             raise livelock_error(chart, turn.done)
         if self._has_more(moment, turn):
-            return replace(moment, turn=turn), Stepped(machine, last, (), ())
+            return replace(moment, turn=turn), SimulationStep(machine, last, (), ())
         moment = _at_time(moment, machine)
-        moment, passed = self.pass_on(moment, machine, turn.done)
+        moment, passed = self.deliver(moment, machine, turn.done)
         moment, changed = self.drive(moment, machine, turn.before)
-        return moment, Stepped(machine, last, passed, changed)
+        return moment, SimulationStep(machine, last, passed, changed)
 
     def _has_more(self, moment: Moment, turn: Turn) -> bool:
         """Whether the machine has an event or a timer left that it takes in this turn."""
@@ -274,7 +274,7 @@ class Simulation:
         recalled = (not is_deferred(chart, snapshot, each.event) for each in snapshot.deferred)
         if snapshot.queue or any(recalled):
             return True
-        return any(snapshot.invoked) and self._within(moment, turn) is not None
+        return any(snapshot.invoked) and self._next_macrostep(moment, turn) is not None
 
     # --- between machines ----------------------------------------------------------------------
 
@@ -286,14 +286,14 @@ class Simulation:
     def _after(self, moment: Moment, machine: int, done: Macrostep) -> Moment:
         """Return the system after a macrostep; the host has answered meanwhile."""
         host = self._hosts[machine]
-        answers = _placed(moment.answers, machine, host.state)
-        given = _placed(moment.given, machine, host.given)
+        answers = _with_element(moment.answers, machine, host.state)
+        given = _with_element(moment.given, machine, host.given)
         return _with(replace(moment, answers=answers, given=given), machine, done.after)
 
-    def pass_on(
+    def deliver(
         self, moment: Moment, source: int, done: tuple[Macrostep, ...]
-    ) -> tuple[Moment, tuple[Passed, ...]]:
-        """Deliver what a machine sent and called."""
+    ) -> tuple[Moment, tuple[Delivery, ...]]:
+        """Deliver the sent events and called operations."""
         chart, passed = self.charts[source], []
         for effect in (effect for macrostep in done for effect in macrostep.effects):
             match effect:
@@ -307,14 +307,14 @@ class Simulation:
                 if (link.source, link.port) == (source, port):
                     sent = Occurrence(link.event, tuple(values[n] for n in link.arguments))
                     after = self.post(moment, link.target, sent)
-                    passed.append(Passed(link, sent, after is not None))
+                    passed.append(Delivery(link, sent, after is not None))
                     moment = moment if after is None else after
         return moment, tuple(passed)
 
     def drive(
         self, moment: Moment, source: int, before: Snapshot | None
-    ) -> tuple[Moment, tuple[Driven, ...]]:
-        """Give the outputs and shared data that a machine changed to all that read them."""
+    ) -> tuple[Moment, tuple[InputChange, ...]]:
+        """Copy changed outputs and shared variables of a machine to the machines that read them."""
         machine, chart = self.system.machines[source], self.charts[source]
         changed = []
         for link in self.system.input_links:
@@ -323,17 +323,17 @@ class Simulation:
             value = written_value(machine, chart, moment.snapshots[source].data, link.output)
             if before is None or value != written_value(machine, chart, before.data, link.output):
                 moment = self.set_input(moment, link.target, link.input, value)
-                changed.append(Driven(link.target, link.input, value))
+                changed.append(InputChange(link.target, link.input, value))
         return moment, tuple(changed)
 
 
 def _with(moment: Moment, machine: int, snapshot: Snapshot) -> Moment:
     """Return the system with another state of one machine."""
-    return replace(moment, snapshots=_placed(moment.snapshots, machine, snapshot))
+    return replace(moment, snapshots=_with_element(moment.snapshots, machine, snapshot))
 
 
-def _placed(of_each: tuple[T, ...], machine: int, one: T) -> tuple[T, ...]:
-    """Return what each machine has, with something else for one of them."""
+def _with_element(of_each: tuple[T, ...], machine: int, one: T) -> tuple[T, ...]:
+    """Return a copy of a tuple with another element for one machine."""
     return (*of_each[:machine], one, *of_each[machine + 1 :])
 
 

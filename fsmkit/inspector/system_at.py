@@ -1,4 +1,4 @@
-"""The system at each entry of a history: made again by the simulation, or as a source gave it."""
+"""Compute the system at each entry of a history, by simulation or from the source."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from fsmkit.inspector.as_messages import Teller
+from fsmkit.inspector.as_messages import MessageEncoder
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.folding import Folded, Folding, fold
 from fsmkit.inspector.history import FOLDED_EVERY, LIMIT, Branch, ClientAction, History
-from fsmkit.inspector.simulation import Moment, Simulation, Stepped
+from fsmkit.inspector.simulation import Moment, Simulation, SimulationStep
 from fsmkit.inspector.sources import Entry
 from fsmkit.runtime.live.messages import (
     AnyMessage,
@@ -56,21 +56,21 @@ class Course:
         is_whole: bool = False,
         is_followed: bool = False,
     ) -> None:
-        """Begin at a moment.
+        """Start at a moment.
 
-        ``is_whole``: of what a source gives nothing is forgotten. ``is_followed``: it gives entries
-        in time.
+        ``is_whole``: never drop entries of a source. ``is_followed``: its entries arrive over
+        time.
         """
         self.simulation = simulation
-        self.teller = Teller(simulation)
+        self.encoder = MessageEncoder(simulation)
         self.history = History(begin, limit, is_whole=is_whole)
         self.is_followed = is_followed
         self._folding: Folding | None = None
         """The machines after the last entry that was given, if no moment is known there."""
         self.on_entry: Callable[[bytes], None] | None = None
-        """Called with the messages of each entry: of what is followed, of those given alone."""
+        """Called with the messages of each entry; for a followed program, of given entries only."""
 
-    # --- what comes ----------------------------------------------------------------------------
+    # --- adding entries -----------------------------------------------------------------------
 
     def add(self, moment: Moment, messages: Sequence[AnyMessage]) -> bytes:
         """Append an entry of the simulation to the branch in view; return its messages."""
@@ -101,13 +101,13 @@ class Course:
         return text
 
     def _action(self, message: AnyMessage) -> ClientAction | None:
-        line = self.teller.action_line(message)
+        line = self.encoder.action_line(message)
         if line is None or not isinstance(message, Post | Set):
             return None
         is_refused = isinstance(message, Post) and message.how == "refused"
         return ClientAction(line, message.at, is_refused)
 
-    # --- what there is -------------------------------------------------------------------------
+    # --- queries -------------------------------------------------------------------------
 
     def messages(self, n: int) -> list[AnyMessage]:
         """Return the messages of an entry."""
@@ -147,8 +147,8 @@ class Course:
             return self.moment(n)
         return None if before is None else self.simulation.step(before)[0]
 
-    def stepped(self, n: int) -> Stepped | None:
-        """Return the macrostep of an entry; None if it is none, or none that is known."""
+    def stepped(self, n: int) -> SimulationStep | None:
+        """Return the macrostep of an entry; None if it is not one, or is unknown."""
         branch = self.history.branch
         if n <= branch.given or n in branch.actions:
             return branch.steps.get(n)
@@ -156,7 +156,7 @@ class Course:
         return None if before is None else self.simulation.step(before)[1]
 
     def back(self, n: int) -> Iterator[HistoryEntry]:
-        """Yield the entries up to one, the latest first, each with what was before and after it."""
+        """Yield the entries up to `n`, the latest first, with the system before and after each."""
         branch = self.history.branch
         while n > branch.first:
             known = branch.known(n - 1)
@@ -177,28 +177,28 @@ class Course:
         """Return all machines after an entry, as far as they are known."""
         moment = self.moment(n)
         if moment is not None:
-            return Folded(self.teller.states(n, moment))
+            return Folded(self.encoder.states(n, moment))
         branch = self.history.branch
         if self._folding is not None and branch is self.history.given and n == branch.head:
-            return self._told(self._folding.folded, n)
+            return self._state_of_entry(self._folding.folded, n)
         return self._fold(branch, n)
 
     def _fold(self, branch: Branch, n: int) -> Folded:
         """Return the machines after an entry without a moment, by the messages up to there."""
-        first, folded = branch.first, Folded(self.teller.unknown(branch.first))
+        first, folded = branch.first, Folded(self.encoder.unknown(branch.first))
         known = branch.known(n)
         if known is not None:
-            unknown = (replace(each, known=False) for each in self.teller.states(*known))
+            unknown = (replace(each, known=False) for each in self.encoder.states(*known))
             first, folded = known[0], Folded(tuple(unknown))
         last = max((k for k in branch.folded if k <= n), default=-1)
         if last > first:
             first, folded = last, branch.folded[last]
         texts = [branch.text(k) for k in range(first + 1, n + 1)]
         found = _messages.decode(b"[" + b",".join(filter(None, texts)) + b"]")
-        return self._told(fold(folded, found), n)
+        return self._state_of_entry(fold(folded, found), n)
 
-    def _told(self, folded: Folded, n: int) -> Folded:
-        """Return what is told of an entry: active states in document order."""
+    def _state_of_entry(self, folded: Folded, n: int) -> Folded:
+        """Return the state in an entry's messages: active states in document order."""
         charts = dict(zip(self.simulation.names, self.simulation.charts, strict=True))
         states = []
         for state in folded.states:
@@ -217,14 +217,14 @@ class Course:
                 self.on_entry(text)
 
     def cut(self, n: int, moment: Moment | None, *, always: bool = False) -> Moment:
-        """Let what comes follow an entry, after which it is a moment; return that.
+        """Continue after an entry whose system is `moment`; return that moment.
 
-        What a source gave is never gone on with in its own branch. `FsmkitError` where the moment
-        is not known.
+        A given branch is never continued itself. Raises `FsmkitError` if the moment is unknown.
         """
         if moment is None:
             raise wrong(
-                "the data are not known at this entry", "go to one where they are, and begin there"
+                "the data are not known at this entry",
+                "go to an entry where they are known, and start there",
             )
         is_given = self.history.number == 0 and n == self.history.branch.given > 0
         self.history.cut(n, moment, always=always or is_given)
@@ -232,7 +232,7 @@ class Course:
 
 
 def time_of(message: AnyMessage) -> int:
-    """Return when a message says that something happened (ticks)."""
+    """Return the time of a message in ticks."""
     return message.at if isinstance(message, Step | State | Set | Post | Pass | Lost) else 0
 
 

@@ -1,7 +1,7 @@
-"""A session as a path of the explorer: so it becomes a test in C, as counterexamples do.
+"""Convert a session to a path of the explorer, which becomes a test in C.
 
-Each step is taken again by the interpreter of the explorer, and must have the same trace; where
-that is not so, no such test says what was done.
+The explorer's interpreter repeats each step and must give the same trace. Otherwise no test can
+express the session.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.simulation import SimulationStep
 from fsmkit.inspector.system_at import Course
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Called, Macrostep, Occurrence, Sent, Snapshot, Start
@@ -29,10 +29,10 @@ WRONG = (ReplayError, LookupError, ValueError)
 
 
 def c_test(course: Course, file: Path) -> str:
-    """Return a program in C that performs the branch in view on the generated machines.
+    """Return a program in C that repeats the branch in view on the generated machines.
 
-    ``file``: of the chart or system, which is compiled for it. `FsmkitError` where no such test
-    says what was done, and for charts of which none are made.
+    ``file``: of the chart or system, compiled for it. Raises `FsmkitError` if no test can express
+    the session, and for charts without such tests.
     """
     system = course.simulation.system
     path = _Path(course)
@@ -49,25 +49,25 @@ def c_test(course: Course, file: Path) -> str:
     for step, done in zip(told, path.done, strict=True):
         chart = course.simulation.charts[done.machine]
         if list(step.lines)[1:] != list(trace_lines(chart, (done.macrostep,)))[1:]:
-            raise _unsaid("machines waited for each other in another way")
+            raise _unsaid("the machines ran in another order")
     name = f"{file.stem}_session.c"
-    paths = {"session": (f"what was done in a session of {system.name}", Counterexample(steps))}
+    paths = {"session": (f"a session of {system.name}", Counterexample(steps))}
     charts = compiled_charts(system, closed.system)
     return suite(Path(name), closed, paths, file, charts)
 
 
 def _unsaid(why: str) -> FsmkitError:
-    return wrong(f"no test in C says what was done here: {why}", "save as `pytest`, or as `live`")
+    return wrong(f"no test in C can express this session: {why}", "save as `pytest`, or as `live`")
 
 
 @dataclass(slots=True)
 class _Path:
-    """What a session did, step by step."""
+    """The steps of a session."""
 
     course: Course
-    done: list[Stepped] = field(default_factory=list)
-    _found: list[tuple[Stepped, bool, Snapshot]] = field(default_factory=list)
-    """Each step, whether its event came from outside, and the machine before it."""
+    done: list[SimulationStep] = field(default_factory=list)
+    _found: list[tuple[SimulationStep, bool, Snapshot]] = field(default_factory=list)
+    """Each step, whether its event was external, and the machine before it."""
     _possible: list[Possible] = field(default_factory=list)
     _inputs: list[list[Value]] = field(default_factory=list)
     _results: list[dict[str, list[Value]]] = field(default_factory=list)
@@ -90,7 +90,7 @@ class _Path:
                         queues[course.simulation.names.index(message.m)].append(True)
                     elif isinstance(message, Set) and message.data:
                         raise _unsaid("data were set by hand")
-                    elif isinstance(message, Set) and not course.teller.is_alone:
+                    elif isinstance(message, Set) and not course.encoder.is_alone:
                         raise _unsaid("an input of a system was set")
                 continue
             before, done = moment, branch.steps.get(n)
@@ -102,8 +102,8 @@ class _Path:
                 raise wrong(f"the step at entry {n} is not known", "save as `live`")
             self._note(done, before.snapshots[done.machine], queues)
 
-    def _note(self, done: Stepped, before: Snapshot, queues: list[list[bool]]) -> None:
-        """Keep a step; ``queues``: of what waits at each machine, whether it came from outside."""
+    def _note(self, done: SimulationStep, before: Snapshot, queues: list[list[bool]]) -> None:
+        """Add a step; ``queues``: for each queued event of each machine, whether it is external."""
         macrostep, queue = done.macrostep, queues[done.machine]
         is_taken = len(macrostep.before.queue) < len(before.queue)
         is_outside = queue.pop(0) if is_taken and queue else False
@@ -162,9 +162,9 @@ class _Path:
                 action, argument = Action.OCCUR, self._possible.index(each)
             yield Step(action, done.machine, argument, self._choices(done))
 
-    def _choices(self, done: Stepped) -> tuple[int, ...]:
+    def _choices(self, done: SimulationStep) -> tuple[int, ...]:
         """Return which inputs and which results there were, where there were others, too."""
-        alone = self.course.teller.is_alone
+        alone = self.course.encoder.is_alone
         inputs = zip(self._inputs if alone else (), done.macrostep.before.inputs, strict=False)
         found = [values.index(value) for values, value in inputs if len(values) > 1]
         for effect in done.macrostep.effects:

@@ -1,4 +1,4 @@
-"""The entry in view, and those who look at it: all clients of a session see the same."""
+"""The entry in view, shared by all clients of a session."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STATE_EVERY = 1_000
 
 
 class View:
-    """A place in a course of events, and what clients are told of it."""
+    """A position in a course, and its messages for clients."""
 
     def __init__(self, course: Course, begin: Moment | None) -> None:
         """Look at entry 0, after which it is a moment."""
@@ -27,7 +27,7 @@ class View:
         self.is_running = False
         self.is_following = course.is_followed
         self.is_stopped: bool | None = None
-        """Whether what runs elsewhere stands still; None if it cannot."""
+        """Whether a followed program is paused; None if it cannot pause."""
         self.speed = 1.0
         self.why: list[Json] = []
         self.told_head = 0
@@ -35,12 +35,12 @@ class View:
 
     @property
     def is_live(self) -> bool:
-        """Whether the branch in view is that of what runs elsewhere."""
+        """Return whether the branch in view is that of the followed program."""
         return self.course.is_followed and self.history.number == 0
 
     @property
     def is_past(self) -> bool:
-        """Whether a source gave what follows the entry in view: it is played back."""
+        """Return whether the next entry was given by a source, so that it is played back."""
         return self.n < self.history.branch.given
 
     @property
@@ -54,31 +54,31 @@ class View:
         self.at = self.course.at(n) if self.moment is None else self.moment.now
 
     def begin_branch(self, *, always: bool = False) -> Moment:
-        """Let what comes follow the entry in view; what followed it stays as another branch.
+        """Continue after the entry in view; later entries remain as another branch.
 
-        `FsmkitError` where the system is not known.
+        Raises `FsmkitError` if the system is unknown.
         """
         number = self.history.number
         moment = self.course.cut(self.n, self.moment, always=always)
         if self.history.number != number:
-            self.tell(self.mode())
+            self.send(self.mode())
         return moment
 
-    # --- what clients are told -----------------------------------------------------------------
+    # --- messages -----------------------------------------------------------------
 
-    def tell(self, *told: AnyMessage) -> None:
+    def send(self, *told: AnyMessage) -> None:
         """Send messages to all."""
         self.clients.send([to_json(message) for message in told])
 
-    def tell_all(self) -> None:
+    def send_all(self) -> None:
         """Send the machines as a whole, and which entry is in view."""
-        self.tell(*self.states(), self.mode())
+        self.send(*self.states(), self.mode())
 
-    def tell_entry(self, before: Moment | None) -> None:
-        """Send the entry in view to those who saw the one before it."""
+    def send_entry(self, before: Moment | None) -> None:
+        """Send the entry in view to clients that received its predecessor."""
         self.clients.send([self.history.branch.text(self.n)])
         if self.is_due(before):
-            self.tell(*self.states())
+            self.send(*self.states())
 
     def is_due(self, before: Moment | None) -> bool:
         """Whether the machines are sent as a whole: now and then, and where data become known."""
@@ -87,9 +87,9 @@ class View:
         return is_new or self.n % STATE_EVERY == 0
 
     def states(self) -> list[AnyMessage]:
-        """Return all machines as far as they are known, and what was lost since."""
+        """Return the known states of all machines, and the losses since."""
         if self.moment is not None:
-            return list(self.course.teller.states(self.n, self.moment))
+            return list(self.course.encoder.states(self.n, self.moment))
         folded = self.course.folded(self.n)
         return [*folded.states, *folded.lost]
 

@@ -1,4 +1,4 @@
-"""Files of a session that are looked at again and again: one that is saved is loaded anew."""
+"""Watch the files of a session, and reload a saved one."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from fsmkit.inspector.hub import Hub, system_within
 from fsmkit.system.system import System
 
 EVERY = 0.25
-"""Seconds between two looks."""
+"""Seconds between two checks."""
 Stamp = tuple[int, int] | None
-"""Time and size of a file; None where there is none."""
+"""Time and size of a file; None if it is missing."""
 
 
 class Watcher:
-    """Watches the files that a chart or system is read from.
+    """Watches the files of a chart or system.
 
     Args:
-        hub: Shows the chart or system.
-        file: Where it is read from.
-        read: Reads it again, and raises what is wrong with it.
+        hub: The hub to reload.
+        file: The main file.
+        read: Reads the file again; raises its findings.
 
     """
 
@@ -48,7 +48,7 @@ class Watcher:
         return rests and now != self._loaded
 
     def load(self) -> None:
-        """Load the files anew, or show what is wrong with them."""
+        """Reload the files, or show their findings."""
         self._loaded = self._seen
         try:
             model = self._read()

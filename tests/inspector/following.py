@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import fsmkit
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector.as_messages import Teller
-from fsmkit.inspector.simulation import Moment, Simulation, Stepped
+from fsmkit.inspector.as_messages import MessageEncoder
+from fsmkit.inspector.simulation import Moment, Simulation, SimulationStep
 from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
@@ -25,7 +25,7 @@ class Elsewhere:
         self.system = system_of(model) if isinstance(model, fsmkit.Chart) else model
         self.can = can
         self.simulation = Simulation(self.system)
-        self.teller = Teller(self.simulation)
+        self.encoder = MessageEncoder(self.simulation)
         self.now: Moment = self.simulation.begin()
         self.begin: Moment | None = self.now
         self.is_known = True
@@ -72,7 +72,7 @@ class Elsewhere:
             self.now, done = self.simulation.step(self.now, end)
             if done is None:
                 return
-            self._tell(tuple(self.teller.step(0, self.now, done)), done)
+            self._tell(tuple(self.encoder.step(0, self.now, done)), done)
 
     def lose(self, count: int) -> None:
         """Let messages be lost on the way: nothing is known until `know`."""
@@ -82,9 +82,9 @@ class Elsewhere:
     def know(self) -> None:
         """Let a snapshot come: all is known again."""
         self.is_known = True
-        self._tell(self.teller.states(0, self.now), None)
+        self._tell(self.encoder.states(0, self.now), None)
 
-    def _tell(self, messages: tuple[object, ...], done: Stepped | None) -> None:
+    def _tell(self, messages: tuple[object, ...], done: SimulationStep | None) -> None:
         moment = self.now if self.is_known else None
         stepped = done if self.is_known else None
         self.waiting.append(Entry(moment, messages, stepped))  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from fsmkit.chart.chart import Chart, every_operation
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.saving import played
+from fsmkit.inspector.saving import script_trace
 from fsmkit.inspector.scenarios import read_scenario
 from fsmkit.inspector.sources.counterexample import read_trace
 from fsmkit.language import BOOL
@@ -301,10 +301,10 @@ def test_a_scenario_is_what_its_script_does(tmp_path: Path) -> None:
     commands: list[Json] = [{"do": "play", "scenario": "gate"}, {"do": "history"}]
     (told,) = in_node([(system, [*commands, {"do": "save", "as": "script"}])], scenarios=[scenario])
     steps = [message for message in told[2] if message["k"] == "step"]
-    expected = [line for line in played(system, SCRIPT.splitlines()) if line.startswith("@")]
+    expected = [line for line in script_trace(system, SCRIPT.splitlines()) if line.startswith("@")]
     assert [step["at"] for step in steps] == [int(line[1:].split()[0]) for line in expected]
     saved = told[3][0]["result"].splitlines()
-    assert played(system, saved) == played(system, SCRIPT.splitlines())
+    assert script_trace(system, saved) == script_trace(system, SCRIPT.splitlines())
 
 
 def test_a_saved_pytest_passes(tmp_path: Path) -> None:
@@ -348,7 +348,7 @@ def test_an_hour_of_the_cell() -> None:
             on[step.m] = step.on
     assert lines[-1].startswith(("plant", "feeder", "molder"))
     assert len(steps) > 3_000
-    assert lines == [line for line in played(system, script) if "full queue" not in line]
+    assert lines == [line for line in script_trace(system, script) if "full queue" not in line]
 
 
 @pytest.mark.cc

@@ -117,7 +117,7 @@ def test_entities_are_refused() -> None:
     assert "document type" in refusal("<text>&b;</text>", bomb)
     file = '<!DOCTYPE svg [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + HEAD
     assert "document type" in refusal("<text>&a;</text>", file)
-    assert "no XML" in refusal("<text>&b;</text>")
+    assert "not XML" in refusal("<text>&b;</text>")
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_entities_are_refused() -> None:
         ('<g data-post="open"/>', "`data-post`"),
         ('<g data-with="a=1"/>', "`data-with` needs `data-post`"),
         ('<g data-text="a" data-digits="9"/>', "`data-digits` is no number"),
-        ("<g><rect></g>", "is no XML"),
+        ("<g><rect></g>", "is not XML"),
     ],
 )
 def test_what_cannot_be_read_is_refused(body: str, why: str) -> None:
@@ -143,7 +143,7 @@ def test_what_cannot_be_read_is_refused(body: str, why: str) -> None:
 
 
 def test_a_file_that_is_no_picture_is_refused(tmp_path: Path) -> None:
-    assert "no SVG" in refusal("", '<svg viewBox="0 0 1 1">')
+    assert "not SVG" in refusal("", '<svg viewBox="0 0 1 1">')
     assert "no `viewBox`" in refusal("", '<svg xmlns="http://www.w3.org/2000/svg">')
     large = tmp_path / "large.svg"
     large.write_bytes(HEAD.encode() + b" " * 10_000_000 + b"</svg>")
@@ -153,7 +153,7 @@ def test_a_file_that_is_no_picture_is_refused(tmp_path: Path) -> None:
         read_picture(tmp_path / "none.svg", Findings())
     binary = tmp_path / "binary.svg"
     binary.write_bytes(bytes(range(256)))
-    with pytest.raises(FsmkitError, match="is no XML"):
+    with pytest.raises(FsmkitError, match="is not XML"):
         read_picture(binary, Findings())
 
 

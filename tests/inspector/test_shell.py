@@ -173,8 +173,8 @@ def test_kinds_of_breakpoints(gate_shell: Typing, line: str) -> None:
 def test_go_runs_until_a_condition_or_the_end(gate_shell: Typing) -> None:
     gate_shell.type("open")
     assert gate_shell.type("go until In(wide)")[-1] == "In(wide) holds"
-    assert gate_shell.type("go")[-1] == "nothing is due"
-    assert gate_shell.type("step") == ["nothing is due"]
+    assert gate_shell.type("go")[-1] == "no timer is armed"
+    assert gate_shell.type("step") == ["no timer is armed"]
     gate_shell.type("close", "open", "timer")
     assert gate_shell.state.startswith("8s | wide")
 
@@ -222,7 +222,7 @@ def test_an_event_with_the_name_of_a_command_is_posted() -> None:
     typing = Typing(elaborated(COMMANDING))
     typing.type("post set v=3")
     assert typing.type("watch n") == ["3"]
-    assert typing.type("go") == ["nothing is due"]
+    assert typing.type("go") == ["no timer is armed"]
     typing.type("post go")
     assert "| b |" in typing.state
 
@@ -258,7 +258,7 @@ def test_what_was_done_is_saved_as_a_test_that_passes(gate_shell: Typing) -> Non
         ("break on x", "no breakpoint on `on`", ""),
         ("break entered wid", "no state `wid`", "`wide`"),
         ("break entered", "one name is wanted", ""),
-        ("break taken x", "is no transition", ""),
+        ("break taken x", "is not a transition", ""),
         ("break taken 99", "no transition 99", ""),
         ("break if", "", ""),
         ("why", "no event is named", ""),

@@ -147,7 +147,7 @@ def test_where_the_interpreter_parts_from_the_target_it_is_told() -> None:
     assert data.count(b"\x8a\x01\x76") == 1
     source, _ = traced(data.replace(b"\x8a\x01\x76", b"\x8a\x04\x76"))
     entries = [entry for _ in range(30) for entry in source.receive()]
-    assert source.telling.parted[0].startswith(
+    assert source.encoder.parted[0].startswith(
         "Gate at 10: the interpreter does: transition 1 taken"
     )
     assert any(getattr(m, "where", "") == "replay-parts" for e in entries for m in e.messages)

@@ -25,7 +25,7 @@ from fsmkit.system.system import System
 
 if TYPE_CHECKING:
     from fsmkit.inspector.exports import MessageExporter
-    from fsmkit.inspector.sources.traced import Telling
+    from fsmkit.inspector.sources.traced import TraceEncoder
     from fsmkit.runtime.live.messages import AnyMessage
     from fsmkit.runtime.tracing.following import Followed
     from fsmkit.runtime.tracing.numbering import Numbering
@@ -88,9 +88,9 @@ def command(
     findings = reading.findings()
     systems = list(_systems(charts, findings, reading))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
-    from fsmkit.inspector.capturing import lines_of, messages_of, no_system
+    from fsmkit.inspector.capturing import empty_system, lines_of, messages_of
     from fsmkit.inspector.exports import MessageExporter
-    from fsmkit.inspector.sources.traced import Telling, numberings_of
+    from fsmkit.inspector.sources.traced import TraceEncoder, numberings_of
     from fsmkit.runtime.tracing.reading import Reader
     from fsmkit.runtime.tracing.transports import open_endpoint
 
@@ -99,14 +99,14 @@ def command(
         raise click.UsageError("there is no chart to read the trace with; give it by --charts")
     framed = None if is_raw is None else not is_raw
     name = _name(endpoints[0])
-    system = systems[0] if len(systems) == 1 and not systems[0].is_open else no_system(name)
+    system = systems[0] if len(systems) == 1 and not systems[0].is_open else empty_system(name)
     with ExitStack() as stack:
         readers = []
         for endpoint in endpoints:
             opened = open_endpoint(endpoint)
             stack.callback(opened.source.close)
             readers.append(Reader(opened, numberings, framed=framed))
-        telling = Telling(system, lambda instance: _numbering(readers, instance), grows=True)
+        telling = TraceEncoder(system, lambda instance: _numbering(readers, instance), grows=True)
         told = _told(readers, follow=follow)
         if format_ is not None and target is not None:
             exporter = next(e for e in plugins(MessageExporter) if e.name == format_)
@@ -204,7 +204,7 @@ def _require_records(endpoints: Sequence[str], readers: Sequence[Reader], *, fol
             )
 
 
-def _report(readers: Sequence[Reader], telling: Telling) -> None:
+def _report(readers: Sequence[Reader], telling: TraceEncoder) -> None:
     findings = Findings()
     for reader in readers:
         reader.report(findings)

@@ -1,7 +1,7 @@
-"""The debug adapter: requests in, responses and events out. It has no streams and no clocks.
+"""The debug adapter: converts requests to responses and events, without streams and clocks.
 
-Each request is answered once; what happened meanwhile, by the request, by time, or by another
-client of the hub (a page), is told by events behind the answer.
+Each request gets one response. Steps caused by the request, by time, or by another client of the
+hub follow as events.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from fsmkit.diagnostics.as_json import as_json
 from fsmkit.emit import plain
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
-from fsmkit.inspector.dap.framing import unpacked
+from fsmkit.inspector.dap.framing import decode_body
 from fsmkit.inspector.dap.inspection import Inspection
-from fsmkit.inspector.dap.launching import launched
+from fsmkit.inspector.dap.launching import launch
 from fsmkit.inspector.dap.session import Session
 from fsmkit.inspector.dap.stops import FILTERS
 from fsmkit.inspector.hub import Hub
@@ -53,10 +53,10 @@ class Adapter:
     """The adapter of one editor.
 
     Args:
-        send: Is given each message for the editor.
-        hub: A session that runs already, to which `attach` leads; without one `launch` begins one.
-        may_command: Whether the editor may do more than look on.
-        wakes: Called when the hub did something: `look` is to be called soon.
+        send: Function that sends a message to the editor.
+        hub: A running session for `attach`; without it, `launch` starts one.
+        may_command: Whether the editor may give commands.
+        wakes: Called when the hub has news; call `look` soon afterwards.
 
     """
 
@@ -85,15 +85,15 @@ class Adapter:
 
     @property
     def hub(self) -> Hub | None:
-        """The session that this editor began, for which time is to pass."""
+        """The session started by this editor, which needs `advance`."""
         return None if self._session is None or self._given is not None else self._session.hub
 
     def receive(self, body: bytes) -> None:
-        """Take the body of a frame: answer it, whatever it is."""
+        """Receive the body of a frame and respond to it."""
         try:
-            found = unpacked(body)
+            found = decode_body(body)
         except ValueError as error:
-            self._refuse(0, "", wrong(f"this is no JSON: {error}"))
+            self._refuse(0, "", wrong(f"this is not JSON: {error}"))
             return
         if isinstance(found, dict) and found.get("type") in ("response", "event"):
             return
@@ -113,12 +113,12 @@ class Adapter:
             self.close()
 
     def look(self) -> None:
-        """Tell the editor what happened meanwhile."""
+        """Send the editor the steps since the last call."""
         if self._session is not None and not self.is_over:
             self._session.look()
 
     def page_served(self, address: str | FsmkitError) -> None:
-        """Answer with the address of the page that was wanted, or why there is none."""
+        """Respond with the address of the requested page, or with the reason why there is none."""
         self.page_wanted = None
         if isinstance(address, str):
             outcome = {"success": True, "body": {"address": address}}
@@ -127,13 +127,13 @@ class Adapter:
             self._refuse(self._page_asked, LIVE, address)
 
     def broken(self, reason: str) -> None:
-        """End: the messages of the editor cannot be told apart any more."""
+        """End the session: the stream of the editor cannot be split into messages any more."""
         self._event("output", {"category": "important", "output": f"fsmkit: {reason}\n"})
         self._event("terminated", {})
         self.close()
 
     def close(self) -> None:
-        """Leave the session; one of a server goes on."""
+        """Leave the session; a server's session continues."""
         if self._session is not None:
             self._session.close()
             self._session = None
@@ -207,7 +207,7 @@ class Adapter:
     # --- requests --------------------------------------------------------------------------------
 
     def initialize(self, given: ask.Initialize) -> Json:
-        """Return what can be done."""
+        """Return the capabilities of the adapter."""
         self._client = given
         return {
             **dict.fromkeys(CAPABILITIES, True),
@@ -219,16 +219,16 @@ class Adapter:
         }
 
     def launch(self, given: ask.Launch) -> Json:
-        """Begin a session of a file."""
+        """Start a session of a file."""
         if self._given is not None:
             raise wrong("a session runs here already", "`attach` to it")
         if self._session is None:
-            begun = launched(given)
+            begun = launch(given)
             for each in begun.remarks:
                 text = plain(render(each))
                 self._event("output", {"category": "stderr", "output": f"{text}\n\n"})
             return self._begin(begun.hub, given)
-        raise wrong("a session has begun already", "`disconnect`, and start another adapter")
+        raise wrong("a session has already started", "`disconnect`, and start another adapter")
 
     def attach(self, given: ask.Launch) -> Json:
         """Join a session that runs."""
@@ -237,7 +237,7 @@ class Adapter:
             raise wrong("no session runs here", help_)
         if self._session is None:
             return self._begin(self._given, given)
-        raise wrong("a session has begun already", "`disconnect` first")
+        raise wrong("a session has already started", "`disconnect` first")
 
     def _begin(self, hub: Hub, given: ask.Launch) -> Json:
         client = self._client or ask.Initialize()
@@ -262,7 +262,7 @@ class Adapter:
         """Ask for a page of the same session; it is answered by `page_served`."""
         del given
         if self._session is None:
-            raise wrong("there is no session to be seen in a page", "`launch` one first")
+            raise wrong("there is no session to show in a page", "`launch` one first")
         if self.page_wanted is not None:
             raise wrong("a page is being served already")
         self.page_wanted = self._session.hub

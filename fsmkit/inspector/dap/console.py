@@ -15,9 +15,9 @@ from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.view import View
 from fsmkit.inspector.questions.typed import (
     event_given,
+    format_value,
     input_given,
     results_given,
-    spelled,
 )
 from fsmkit.language import EnumType
 from fsmkit.language.units import duration_text
@@ -29,24 +29,22 @@ from fsmkit.system.system import System
 HELP = {
     "post": "post EVENT a=1    put an event in the queue; `EVENT a=1` alone does so, too",
     "set": "set INPUT VALUE   give an input another value",
-    "why": "why EVENT a=1     what the event would do now, and which guard stands against it",
+    "why": "why EVENT a=1     the effect of the event now, and the guard that blocks it",
     "events": "events            the events, and which of them would do something now",
-    "state": "state             what is active",
+    "state": "state             the active states",
     "run": "run [SPEED]       go on; simulated seconds in a second, 0: as fast as can be",
     "go": "go [until COND]   go on as fast as can be, until COND becomes true",
-    "step": "step              do the next macrostep, whenever it is due",
+    "step": "step              take the next macrostep, at its time",
     "timer": "timer             go on to the next deadline",
-    "back": "back [N]          look at an earlier step",
-    "forward": "forward [N]       look at a later step",
-    "seek": "seek N            look at a step",
+    "back": "back [N]          show an earlier step",
+    "forward": "forward [N]       show a later step",
+    "seek": "seek N            show step N",
     "fork": "fork [N]          go to the end of a branch that was left; alone: list them",
-    "save": "save KIND         what was done, as `script`, `pytest` or `live`",
+    "save": "save KIND         print the session as `script`, `pytest` or `live`",
     "help": "help              these lines; all else is an expression",
 }  # fmt: skip
 """The commands."""
-LINES = "\n".join(
-    (*HELP.values(), "OPERATION returns 1, 2: what it returns from here on, one value a call")
-)
+LINES = "\n".join((*HELP.values(), "OPERATION returns 1, 2: its next results, one per call"))
 
 
 class Console:
@@ -68,7 +66,7 @@ class Console:
         return word in HELP or is_returns(words) or self._event_at(word, machine) is not None
 
     def obey(self, line: str, machine: int | None) -> str:
-        """Do what a line says; return what is to be printed. `FsmkitError` for a wrong line."""
+        """Execute a line; return the output. Raises `FsmkitError` for an invalid line."""
         words = tokens(line)
         if is_returns(words) and self._event_at(words[0], machine) is None:
             return self._returns(line, words, machine)
@@ -101,7 +99,7 @@ class Console:
         return ""
 
     def _owner(self, name: str, machine: int | None) -> tuple[int, str]:
-        """Return the machine of ``machine.name``, or the one that is meant, and the name."""
+        """Return the machine of ``machine.name``, or the selected one, and the name."""
         first, dot, last = name.partition(".")
         names = [each.name for each in self._system.machines]
         if dot and first in names:
@@ -119,7 +117,7 @@ class Console:
         rows = [f"{event_name}: {told['would']}{_because(told)}"]
         for row in told["looked"]:
             read = row.get("values", {}).items()
-            values = ", ".join(f"{name} = {spelled(value)}" for name, value in read)
+            values = ", ".join(f"{name} = {format_value(value)}" for name, value in read)
             guard = f" if {row['guard']}" if "guard" in row else ""
             error = f" ({row['error']})" if "error" in row else ""
             holds = {True: "holds", False: "does not hold"}.get(row["holds"], "depends")
@@ -153,7 +151,7 @@ class Console:
         try:
             speed = float(text) if text else self._speed
         except ValueError as error:
-            raise wrong(f"`{text}` is no speed", "write `run 10`, or `run`") from error
+            raise wrong(f"`{text}` is not a speed", "write `run 10`, or `run`") from error
         self._face.do("run", speed=speed)
         return ""
 
@@ -212,7 +210,7 @@ class Console:
     # --- completions -----------------------------------------------------------------------------
 
     def completions(self, text: str, machine: int | None) -> tuple[str, list[str]]:
-        """Return the last word of a text as far as it goes, and all words that it may become."""
+        """Return the last word of a text up to the cursor, and its completions."""
         begun = re.split(r"[\s(\[\]!=<>&|+*/,-]", text)[-1]
         first, _, behind = text.lstrip().partition(" ")
         is_first = " " not in text.lstrip()
@@ -311,7 +309,7 @@ def _line(text: str) -> Text:
 
 def _number(text: str) -> int:
     if not text.isdecimal() or len(text) > 15:
-        raise wrong(f"`{text}` is no number of steps")
+        raise wrong(f"`{text}` is not a number of steps")
     return int(text)
 
 

@@ -1,4 +1,4 @@
-"""A step in a line, for whoever stands at it."""
+"""Describe a step in one line."""
 
 from __future__ import annotations
 
@@ -6,16 +6,18 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.drawing.states.labels import trigger
 from fsmkit.emit import plain
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.simulation import SimulationStep
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.live.messages import Post, Set, Step
 
 
-def described(hub: Hub, done: Stepped | None, small: tuple[int, snap.Microstep] | None) -> str:
-    """Return what happened last: ``feeder: arrived, pushing -> pressing``.
+def describe_step(
+    hub: Hub, done: SimulationStep | None, small: tuple[int, snap.Microstep] | None
+) -> str:
+    """Return the last step: ``feeder: arrived, pushing -> pressing``.
 
-    ``done``: the macrostep in view; None where the entry is none, or one of unknown data.
+    ``done``: the macrostep in view; None if the entry is no macrostep or its data are unknown.
     ``small``: the microstep in view.
     """
     if done is None:
@@ -25,7 +27,7 @@ def described(hub: Hub, done: Stepped | None, small: tuple[int, snap.Microstep] 
     prefix = _prefix(hub, machine.name)
     if small is not None:
         return plain(f"{prefix}microstep: {_small(chart, small[1])}")
-    return plain(f"{prefix}{_cause(chart, macrostep.event)}, {_went(chart, macrostep)}")
+    return plain(f"{prefix}{_cause(chart, macrostep.event)}, {_leaf_changes(chart, macrostep)}")
 
 
 def _prefix(hub: Hub, machine: str) -> str:
@@ -49,8 +51,8 @@ def _told(hub: Hub) -> str:
             return "not started"
 
 
-def _went(chart: Chart, macrostep: snap.Macrostep) -> str:
-    """Return which leaves a macrostep left and entered, or what else became of its cause."""
+def _leaf_changes(chart: Chart, macrostep: snap.Macrostep) -> str:
+    """Return the leaves that a macrostep exited and entered, or the result of its cause."""
     before, after = active_leaves(chart, macrostep.before), active_leaves(chart, macrostep.after)
     left = [name for name in before if name not in after]
     entered = [name for name in after if name not in before]
@@ -59,7 +61,7 @@ def _went(chart: Chart, macrostep: snap.Macrostep) -> str:
         return f"{' '.join(left)} -> {' '.join(entered)}"
     what = "in"
     if any(isinstance(effect, snap.Deferred) for effect in effects):
-        what = "kept for later in"
+        what = "deferred in"
     elif any(isinstance(effect, snap.SpentTimeout) for effect in effects):
         what = "its guard is false in"
     elif not any(each.transitions for each in macrostep.microsteps) and any(
@@ -76,13 +78,13 @@ def _cause(chart: Chart, cause: snap.Cause) -> str:
         case snap.Occurrence(event):
             return chart.events[event].name
         case snap.Delayed(snap.Occurrence(event)):
-            return f"{chart.events[event].name} is due"
+            return f"{chart.events[event].name} after its delay"
         case snap.Timeout(number):
             return trigger(chart, chart.transitions[number])
         case None:
             return "inputs changed"
         case _:
-            return "what it invoked went on"
+            return "invoked machines continued"
 
 
 def _small(chart: Chart, small: snap.Microstep) -> str:

@@ -13,7 +13,7 @@ from fsmkit.inspector.hub import Hub
 
 
 class Face:
-    """Joins a hub; ``told`` is given every message that is no answer."""
+    """A client of a hub; ``told`` receives every message that is not a response."""
 
     def __init__(
         self, hub: Hub, told: Callable[[dict[str, Any]], None], *, may_command: bool = True
@@ -29,7 +29,7 @@ class Face:
         self.hub.leave(self._client)
 
     def do(self, do: str, **fields: Any) -> Any:
-        """Give a command and return its result; `FsmkitError`, the finding, where it is refused."""
+        """Execute a command and return its result; raises the finding if it is rejected."""
         self._id += 1
         given = {"id": self._id, "do": do, **fields}
         self.hub.receive(self._client, json.dumps(given))

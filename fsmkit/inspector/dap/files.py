@@ -42,7 +42,7 @@ class Files:
         return [self.source(source) for source in self._sources.values()]
 
     def start(self, span: Span) -> dict[str, int]:
-        """Return where a span begins."""
+        """Return the start of a span."""
         return self.position(span.source, *span.source.position(span.start))
 
     def position(self, source: Source, line: int, column: int) -> dict[str, int]:
@@ -65,7 +65,7 @@ class Files:
         try:
             return real_path(text)
         except ValueError as error:  # a null byte
-            raise wrong(f"`{text!r}` is no path") from error
+            raise wrong(f"`{text!r}` is not a path") from error
 
     def known(self, path: str) -> Source | None:
         """Return the source of a real path, if a machine has it."""

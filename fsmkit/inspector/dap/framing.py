@@ -20,14 +20,14 @@ _decoder = msgspec.json.Decoder()
 
 
 class BrokenFrameError(Exception):
-    """What came is no frame: where the next one begins is not known either."""
+    """The bytes are not a frame, so the start of the next frame is unknown."""
 
 
 class Frames:
-    """Takes bytes as they come and gives the bodies of frames.
+    """Splits arriving bytes into the bodies of frames.
 
-    Headers that the protocol does not define are rejected rather than skipped. A web page can post
-    HTTP to a local port, and the body that it chose must not be read as a message.
+    Headers that the protocol does not define are rejected. A web page can post HTTP to a local
+    port, and its body must not be read as a message.
     """
 
     def __init__(self, most: int = MOST_BYTES) -> None:
@@ -36,7 +36,7 @@ class Frames:
         self._most = most
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """Yield the bodies that are complete; `BrokenFrameError` where a header is none."""
+        """Yield the complete bodies; raises `BrokenFrameError` for an invalid header."""
         self._buffer += data
         while (head := self._head()) is not None:
             start, length = head
@@ -47,7 +47,7 @@ class Frames:
             yield body
 
     def _head(self) -> tuple[int, int] | None:
-        """Return where the body begins and how long it is; None while the header is not whole."""
+        """Return the offset and size of the body, or None while the header is incomplete."""
         end = self._buffer.find(END, 0, MOST_HEADER)
         known = bytes(self._buffer[: end if end >= 0 else MOST_HEADER])
         *lines, last = known.split(b"\r\n")
@@ -72,8 +72,8 @@ def frame(message: dict[str, Any]) -> bytes:
     return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
 
 
-def unpacked(body: bytes) -> Any:
-    """Return the JSON of a body; `ValueError` where it is none, or nests too deeply."""
+def decode_body(body: bytes) -> Any:
+    """Return the JSON of a body; raises `ValueError` if it is invalid or too deep."""
     try:
         return _decoder.decode(body)
     except RecursionError as error:

@@ -7,7 +7,7 @@ from typing import Any
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.emit import plain
-from fsmkit.inspector.breakpoints import own_names
+from fsmkit.inspector.breakpoints import machine_without_prefix
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.console import Console
@@ -32,7 +32,7 @@ FRAME_HINTS = {"region": "label", "invoked": "label", "transition": "subtle"}
 
 
 class Inspection:
-    """What an editor is shown; `setVariable` and the console do something, too."""
+    """The requests for data of a session; `setVariable` and the console also change it."""
 
     def __init__(self, face: Face, view: View, files: Files, console: Console) -> None:
         self._face = face
@@ -67,7 +67,7 @@ class Inspection:
     def _frame(self, frame: Frame) -> Json:
         span = self._view.span(frame)
         return {
-            "id": self._frames.of(frame),
+            "id": self._frames.number(frame),
             "name": plain(self._view.title(frame)),
             "source": self._files.source(span.source),
             **self._files.start(span),
@@ -83,7 +83,7 @@ class Inspection:
         """Return whose names an expression has: of a frame, or of the only machine."""
         if frame:
             return self._frames.key(frame).machine
-        return own_names(self._face.hub.system, "")
+        return machine_without_prefix(self._face.hub.system, "")
 
     def sources(self, given: ask.Nothing) -> Json:
         """Return the files of all machines."""
@@ -105,7 +105,7 @@ class Inspection:
             rows.append(
                 {
                     "name": SCOPE_NAMES[holder.scope],
-                    "variablesReference": self._holders.of(holder),
+                    "variablesReference": self._holders.number(holder),
                     "namedVariables": len(self._view.held(holder)),
                     "expensive": False,
                     **({"presentationHint": hint} if hint else {}),
@@ -114,7 +114,7 @@ class Inspection:
         return {"scopes": rows}
 
     def variables(self, given: ask.Variables) -> Json:
-        """Return what a scope, an array or a record holds."""
+        """Return the members of a scope, an array or a record."""
         holder = self._holders.key(given.variables_reference)
         rows = self._view.held(holder)
         first, last = _part(given.start, given.count, len(rows))
@@ -135,7 +135,7 @@ class Inspection:
             return {"variablesReference": 0}
         told: Json = {"type": plain(str(row.type)), "variablesReference": 0}
         if row.holder is not None:
-            told["variablesReference"] = self._holders.of(row.holder)
+            told["variablesReference"] = self._holders.number(row.holder)
             is_array = isinstance(row.type, ArrayType)
             told["indexedVariables" if is_array else "namedVariables"] = row.size
         return told
@@ -184,7 +184,7 @@ class Inspection:
     # --- expressions -----------------------------------------------------------------------------
 
     def evaluate(self, given: ask.Evaluate) -> Json:
-        """Return the value of an expression; in the console, do what a line says."""
+        """Return the value of an expression; in the console, execute a line."""
         text = given.expression.strip()
         machine = self.machine(given.frame_id)
         if not text:

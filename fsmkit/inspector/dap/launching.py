@@ -20,7 +20,7 @@ MOST_SEED = 2**31 - 1
 
 
 class Launch(msgspec.Struct, rename="camel"):
-    """What `launch` takes; an editor adds keys of its own, which are passed over."""
+    """The arguments of `launch`; unknown keys of an editor are ignored."""
 
     program: str = ""
     cwd: str = ""
@@ -34,21 +34,21 @@ class Launch(msgspec.Struct, rename="camel"):
     replay: str | None = None
     """The log of a machine in C, made from the chart; it is shown instead of a simulation."""
     instance: int | None = None
-    """Which machine of the log."""
+    """Instance of the machine in the log."""
     trace: bool = False
-    """Whether each macrostep goes to the console, in the lines of `fsmkit run --trace`."""
+    """Whether to print the trace of each macrostep to the console (`fsmkit run --trace`)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Launched:
-    """A session that begins, and what was found while its files were read."""
+class LaunchedSession:
+    """A new session, and the findings about its files."""
 
     hub: Hub
     remarks: tuple[Diagnostic, ...]
 
 
-def launched(wanted: Launch) -> Launched:
-    """Read the program and begin; `FsmkitError` with all findings where it cannot be read."""
+def launch(wanted: Launch) -> LaunchedSession:
+    """Read the program and start a session; raises `FsmkitError` with all findings."""
     if not wanted.program:
         raise wrong("the configuration names no program", 'give `"program": "gate.yaml"`')
     if not 0 <= wanted.seed <= MOST_SEED:
@@ -66,7 +66,7 @@ def launched(wanted: Launch) -> Launched:
         instance=wanted.instance,
     )
     hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=wanted.seed)
-    return Launched(hub, tuple(_told(findings)))
+    return LaunchedSession(hub, tuple(_told(findings)))
 
 
 def _shortest(path: Path) -> Path:

@@ -1,7 +1,6 @@
-"""Places in files: which line stands for which state, transition or block of statements.
+"""Map source lines to states, transitions and blocks of statements.
 
-Of an inherited state that is a line of the base; a line of a base may stand for something in each
-of several machines.
+An inherited state is at a line of its base. A line of a base can belong to several machines.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from fsmkit.system.system import System
 
 @dataclass(frozen=True, slots=True, order=True)
 class Target:
-    """What a place stands for: where a breakpoint there stops (see `breakpoints.KINDS`)."""
+    """The element at a location, where a breakpoint stops (see `breakpoints.KINDS`)."""
 
     machine: int
     on: str
@@ -28,7 +27,7 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A line and column (from 1, in characters) of a file, and what stands there."""
+    """A line and column (from 1, in characters) of a file, and its elements."""
 
     line: int
     column: int
@@ -74,16 +73,16 @@ class Places:
         return self._found.get(real_path(path), ())
 
     def at(self, path: str, line: int, column: int | None = None) -> Place | None:
-        """Return the place of a line, or else the next one below it; None below the last.
+        """Return the place of a line, or the next one below it; None below the last.
 
-        With a column the first from there on; without one the first of the line.
+        With a column, return the first place from it on; otherwise the first of the line.
         """
         wanted = (line, column or 1)
         return next((p for p in self.of(path) if (p.line, p.column) >= wanted), None)
 
 
 def _places_of(chart: Chart, machine: int) -> Iterator[tuple[Span, Target]]:
-    """Yield places and what is there; those of what is never seen to be taken are left out."""
+    """Yield spans and their elements, without transitions that no trace shows."""
     initial = {state.initial for state in chart.states}
     for state in chart.states[1:]:
         entered = Target(machine, "entered", state.index)

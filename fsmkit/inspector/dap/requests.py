@@ -26,7 +26,7 @@ class Nothing(Struct):
 
 
 class Initialize(Struct, rename={"lines_start_at_1": "linesStartAt1", "columns_start_at_1": "columnsStartAt1", "path_format": "pathFormat"}):  # fmt: skip  # noqa: E501
-    """How the editor counts and names files."""
+    """The conventions of the editor for lines, columns and paths."""
 
     lines_start_at_1: bool = True
     columns_start_at_1: bool = True
@@ -76,7 +76,7 @@ class Thread(Struct, rename="camel"):
 
 
 class Stepping(Struct, rename="camel"):
-    """A thread, and how far it goes: ``instruction`` is a microstep."""
+    """A thread and the size of a step: ``instruction`` is a microstep."""
 
     thread_id: int = 1
     granularity: str = "statement"
@@ -97,7 +97,7 @@ class OfFrame(Struct, rename="camel"):
 
 
 class Variables(Struct, rename="camel"):
-    """A part of what a scope, an array or a record holds."""
+    """A range of the members of a scope, an array or a record."""
 
     variables_reference: int
     start: int | None = None

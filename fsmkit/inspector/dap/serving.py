@@ -13,13 +13,13 @@ from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.inspector.dap.adapter import Adapter
 from fsmkit.inspector.dap.framing import BrokenFrameError, Frames, frame
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.server import LOOPBACK, LiveServer, let_time_pass
+from fsmkit.inspector.server import LOOPBACK, LiveServer, run_clock
 
 MOST_READ = 65_536
 MOST_EDITORS = 8
-"""Connections at once."""
+"""Maximum number of connections."""
 Read = Callable[[], Awaitable[bytes]]
-"""Returns what came, a byte or more; nothing at the end."""
+"""Returns the received bytes; empty at the end."""
 Write = Callable[[bytes], Awaitable[None]]
 
 
@@ -56,7 +56,7 @@ async def converse(read: Read, write: Write, page: LiveServer | None = None) -> 
                     if page is not None:
                         adapter.page_served(page.address)
                 if adapter.hub is not None and clock is None:
-                    clock = asyncio.ensure_future(let_time_pass(adapter.hub))
+                    clock = asyncio.ensure_future(run_clock(adapter.hub))
                 text = bytes(out)
                 out.clear()
                 await write(text)
@@ -137,11 +137,11 @@ def _write_all(target: int, data: bytes) -> None:
 
 
 class PortServer:
-    """Listens on the loopback; each connection is a session of its own, or joins that of a page.
+    """Listens on the loopback; each connection starts a session, or joins that of a page.
 
     Args:
-        port: 0 for any that is free.
-        page: The server of a session that runs already.
+        port: The port; 0 for any free one.
+        page: The server of a running session.
 
     """
 

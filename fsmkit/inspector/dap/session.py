@@ -12,7 +12,7 @@ from fsmkit.emit import plain
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.dap import requests as ask
 from fsmkit.inspector.dap.console import Console
-from fsmkit.inspector.dap.describing import described
+from fsmkit.inspector.dap.describing import describe_step
 from fsmkit.inspector.dap.face import Face
 from fsmkit.inspector.dap.files import Files
 from fsmkit.inspector.dap.inspection import Inspection
@@ -29,7 +29,7 @@ from fsmkit.verify import questions
 Json = dict[str, Any]
 WHY = {
     "asked": ("pause", "paused"),
-    "idle": ("pause", "nothing is due: post an event"),
+    "idle": ("pause", "no timer is armed: post an event"),
     "end": ("pause", "the record ends here"),
     "unknown": ("pause", "the data are not known from here on"),
     "until": ("breakpoint", "the condition became true"),
@@ -39,11 +39,10 @@ WHY = {
 
 
 class Session:
-    """The hub for one editor.
+    """The hub of one editor.
 
-    ``event`` is given events for the editor. Whatever happened is told by `look`, which whoever
-    holds the session calls after each request, and whenever the hub did something; then ``wakes``
-    is called.
+    ``event`` receives events for the editor. `look` reports the steps since the last call. The
+    owner calls it after each request, and whenever ``wakes`` was called.
     """
 
     def __init__(
@@ -63,10 +62,10 @@ class Session:
         self._given = given
         self._has_begun = False
         self._asked = ""
-        """The reason of a stop that the editor asked for and is owed."""
+        """The reason of a stop that the editor requested and still awaits."""
         self._was_running = self._is_running
         self._shown: tuple[int, int, int | None] | None = None
-        """The step, the branch and the microstep of which the editor was told."""
+        """The step, branch and microstep that the editor knows."""
         self._branch = 0
         self._why: list[Any] = []
         self._last_why: list[Any] = []
@@ -79,10 +78,10 @@ class Session:
         console = Console(self.face, self._view, given.speed)
         self.inspection = Inspection(self.face, self._view, self._files, console)
 
-    # --- what happens ----------------------------------------------------------------------------
+    # --- events of the hub --------------------------------------------------------------------
 
     def begin(self, given: ask.Nothing) -> Json:
-        """Run, or stand still at the step in view."""
+        """Run, or pause at the step in view."""
         del given
         self._has_begun = True
         if self._given.stop_on_entry or self._was_running:
@@ -92,7 +91,7 @@ class Session:
         return {}
 
     def look(self) -> None:
-        """Tell the editor what happened since it was told."""
+        """Send the editor the steps since the last report."""
         if not self._has_begun:
             return
         if self._is_running:
@@ -108,7 +107,7 @@ class Session:
 
     @property
     def _is_running(self) -> bool:
-        """Whether the view goes on by itself: it runs, or follows what runs elsewhere."""
+        """Return whether the view advances automatically: it runs, or follows a program."""
         view = self.hub.view
         return self.hub.is_running or (view.is_live and view.is_following)
 
@@ -121,7 +120,7 @@ class Session:
             return
         asked, self._asked, self._last_why = self._asked, "", why
         done = self._view.stepped
-        text = described(self.hub, done, self._view.microstep)
+        text = describe_step(self.hub, done, self._view.microstep)
         body: Json = {
             "reason": asked or "step",
             "description": text,
@@ -175,7 +174,7 @@ class Session:
         self._wakes()
 
     def _step(self, message: Json) -> None:
-        """Print what a macrostep logs, or its trace."""
+        """Print the log output of a macrostep, or its trace."""
         if not self._given.trace:
             for word, *values in message["do"]:
                 if word == "log":
@@ -275,7 +274,7 @@ class Session:
                 found = stop.title
             case _:
                 raise wrong("it did not stop at a fault or a property")
-        text = described(self.hub, self._view.stepped, self._view.microstep)
+        text = describe_step(self.hub, self._view.stepped, self._view.microstep)
         return {"exceptionId": found, "description": text, "breakMode": "always"}
 
     # --- going on and back -----------------------------------------------------------------------
@@ -302,7 +301,7 @@ class Session:
         self.face.do("run", speed=self._given.speed)
 
     def pause(self, given: ask.Thread) -> Json:
-        """Stand still."""
+        """Pause."""
         del given
         self.face.do("pause")
         return {}
@@ -360,7 +359,7 @@ class Session:
         """Go back to where a state was entered; of a chart to the first step that is known."""
         frame = self.inspection.frame(given.frame_id)
         if frame.kind not in ("state", "region") or frame.within:
-            raise wrong("this frame is no state of a machine", "restart one that is")
+            raise wrong("this frame is not a state of a machine", "restart one that is")
         self._view.leave()
         done = self.hub.stepped
         effects = done.macrostep.effects if done and done.machine == frame.machine else ()

@@ -25,7 +25,7 @@ FILTERS = (
     ("lost", "Lost events", "A queue is full, and an event is dropped.", True),
     ("error", "Error events", "The platform raises an event `error.*`.", False),
 )
-"""Of each exception filter: its id, its name, what it means, whether it is on by default."""
+"""The exception filters: id, name, description, and whether they are on by default."""
 
 
 class Wanted(msgspec.Struct, rename="camel"):
@@ -57,7 +57,7 @@ class Stops:
     places: Places
     filters: frozenset[str] = frozenset(name for name, _, _, on in FILTERS if on)
     _own: dict[str, list[int]] = field(default_factory=dict)
-    """Numbers of the hub, by what is set at once: a file, functions, data, exceptions."""
+    """Numbers of the hub by group: a file, functions, data, exceptions."""
     _of: dict[int, Stop] = field(default_factory=dict)
     _next: int = 1
 
@@ -70,10 +70,10 @@ class Stops:
         for group in tuple(self._own):
             self._clear(group)
 
-    # --- what an editor sets ---------------------------------------------------------------------
+    # --- breakpoints of the editor ------------------------------------------------------------
 
     def in_source(self, path: str, wanted: Iterable[Wanted]) -> Iterator[dict[str, Any]]:
-        """Set those of a file, and yield what became of each; lines and columns from 1."""
+        """Set the breakpoints of a file, and yield the result of each; lines and columns from 1."""
         group = f"source {path}"
         self._clear(group)
         for each in wanted:
@@ -127,7 +127,7 @@ class Stops:
                     for each in state_properties(self.face.hub.system)
                     if not each.is_existential
                 ]
-            elif name != "fault":  # at faults the hub stops by itself
+            elif name != "fault":  # the hub always stops at faults
                 breaks = [{"on": name}]
             yield self._set("exception", "exception", breaks, Wanted(), title=name)
 
@@ -159,7 +159,7 @@ class Stops:
         wanted: Wanted,
         title: str = "",
     ) -> dict[str, Any]:
-        """Give the hub breakpoints; one that some machine takes is verified."""
+        """Set breakpoints of the hub; one that any machine accepts is verified."""
         number, self._next = self._next, self._next + 1
         refused: list[str] = []
         is_set = False
@@ -222,7 +222,7 @@ def data_id(machine: str, expression: str) -> str:
 
 
 def read_data_id(text: str) -> tuple[str, str]:
-    """Return the machine and the expression of a name that `data_id` made."""
+    """Return the machine and the expression of a name created by `data_id`."""
     try:
         machine, expression = msgspec.json.decode(text, type=tuple[str, str])
     except (ValueError, RecursionError) as error:

@@ -1,7 +1,7 @@
-"""What an editor shows of a session: stack frames, scopes and variables of the step in view.
+"""Show a session to an editor: stack frames, scopes and variables of the step in view.
 
-Frames and variables are known to the editor by numbers. A number stands for a place (a state of a
-machine, an element of an array), not for a value, so it stays good whatever happens.
+The editor refers to frames and variables by numbers. A number identifies a location (a state of a
+machine, an element of an array), not a value, so it remains valid.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fsmkit.document.document import Kind
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.questions.microsteps import snapshots_within
-from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.simulation import Moment, SimulationStep
 from fsmkit.language import ArrayType, ContentError, RangeFault, RecordType, Type, Value
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import part_types, show
@@ -38,7 +38,7 @@ class Numbers(Generic[Key]):
         self._numbers: dict[Key, int] = {}
         self._keys: list[Key] = []
 
-    def of(self, key: Key) -> int:
+    def number(self, key: Key) -> int:
         """Return the number of a key."""
         if key not in self._numbers:
             self._keys.append(key)
@@ -54,11 +54,11 @@ class Numbers(Generic[Key]):
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A line of a stack: a state of a machine, or of a machine that it invoked.
+    """A line of a stack: a state of a machine, or of an invoked machine.
 
-    ``within``: the invocations on the way to that. ``kind``: ``state``, ``region`` (a child of a
-    parallel state, in which other states are active), ``invoked`` (where an invoked machine ends)
-    or ``transition`` (taken by the microstep in view).
+    ``within``: the path of invocations. ``kind``: ``state``, ``region`` (a child of a parallel
+    state whose siblings are active), ``invoked`` (the boundary of an invoked machine) or
+    ``transition`` (taken by the microstep in view).
     """
 
     machine: int
@@ -89,9 +89,9 @@ class Shown(NamedTuple):
     type: Type | None = None
     holder: Holder | None = None
     size: int = 0
-    """Of what it holds."""
+    """Type of its value."""
     expression: str = ""
-    """What it is called in the data language."""
+    """Its expression in the action language."""
 
 
 SCOPES = ("data", "inputs", "outputs", "event", "timers", "queue")
@@ -106,7 +106,7 @@ class View:
     def __init__(self, hub: Hub) -> None:
         self.hub = hub
         self.micro: int | None = None
-        self._inside: tuple[Stepped, tuple[snap.Snapshot, ...]] | None = None
+        self._inside: tuple[SimulationStep, tuple[snap.Snapshot, ...]] | None = None
         self._entered_at: Moment | None = None
 
     @property
@@ -135,7 +135,7 @@ class View:
 
     @property
     def is_within(self) -> bool:
-        """Whether microsteps of the macrostep in view are still to come."""
+        """Return whether the macrostep in view has further microsteps."""
         return self._inside is not None and self.micro != len(self._inside[1])
 
     def follow(self) -> None:
@@ -144,8 +144,8 @@ class View:
             self.leave()
 
     @property
-    def stepped(self) -> Stepped | None:
-        """The macrostep in view; None where it is none, as at the start."""
+    def stepped(self) -> SimulationStep | None:
+        """The macrostep in view; None if the entry is not one, such as the start."""
         if self._inside is not None:
             return self._inside[0]
         return self.hub.stepped
@@ -170,7 +170,7 @@ class View:
         return (*found[: done.machine], seen[self.micro - 1], *found[done.machine + 1 :])
 
     def machine(self, number: int, within: tuple[int, ...]) -> tuple[Chart, snap.Snapshot | None]:
-        """Return a machine, or one that it invoked; None where it does not run or is not known."""
+        """Return a machine, or one that it invoked; None if it does not run or is unknown."""
         chart = self.charts[number]
         here = None if self.hub.moment is None else self.snapshots[number]
         for slot in within:
@@ -207,7 +207,7 @@ class View:
         invoked: Sequence[snap.Snapshot | None],
         frame: Frame,
     ) -> Iterator[Frame]:
-        """Yield the frames of what is active in a state, and its own."""
+        """Yield the frames of the active descendants of a state, then its own."""
         state = chart.states[frame.index]
         active = [child for child in state.children if child in configuration]
         for child in active:
@@ -254,7 +254,7 @@ class View:
     # --- variables -------------------------------------------------------------------------------
 
     def scopes(self, frame: Frame) -> list[Holder]:
-        """Return the scopes of a frame; those of all frames of a machine are the same."""
+        """Return the scopes of a frame; all frames of a machine have the same."""
         return [Holder(frame.machine, frame.within, scope) for scope in SCOPES]
 
     def held(self, holder: Holder) -> list[Shown]:
@@ -281,7 +281,7 @@ class View:
                 ]
 
     def value(self, holder: Holder) -> tuple[Value, Type, str]:
-        """Return what a holder is, its type and its expression; `FsmkitError` if it is no value."""
+        """Return a holder's value, type and expression; raises `FsmkitError` if it has none."""
         chart, snapshot = self.machine(holder.machine, holder.within)
         parts = holder.parts
         if snapshot is None or (not parts and holder.scope != "watch"):

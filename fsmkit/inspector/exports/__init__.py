@@ -1,6 +1,6 @@
-"""A stream of messages of the protocol `fsmkit.live` as a file for another viewer.
+"""Export messages of the protocol `fsmkit.live` to files of other viewers.
 
-An exporter is a plug-in in a folder here. It gets `Hello` first, the charts, then what happened.
+An exporter is a plug-in in a folder. It receives `Hello` first, then the charts and the steps.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ class MessageExporter(Protocol):
     suffix: str
 
     def export_messages(self, messages: Iterable[AnyMessage], out: BinaryIO) -> None:
-        """Write messages as they come; `FsmkitError` (``missing-package``) without its library."""
+        """Write messages; raises `FsmkitError` (``missing-package``) without the library."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """An exporter whose work the module ``writing`` beside a plug-in does, imported when needed."""
+    """An exporter implemented by the module ``writing`` of its folder, imported when used."""
 
     name: str
     suffix: str
     package: str
 
     def export_messages(self, messages: Iterable[AnyMessage], out: BinaryIO) -> None:
-        """Write messages as they come; `FsmkitError` (``missing-package``) without its library."""
+        """Write messages; raises `FsmkitError` (``missing-package``) without the library."""
         import_module(f"{self.package}.writing").write(messages, out)
 
 
@@ -52,7 +52,7 @@ def missing(package: str, format_: str, error: ImportError) -> FsmkitError:
 
 @dataclass(slots=True)
 class Scene:
-    """What exporters look up: machines, their charts, the length of a tick, the time so far."""
+    """Lookup tables of exporters: machines, their charts, the length of a tick, the time."""
 
     tick_us: int = 1
     name: str = ""
@@ -72,7 +72,7 @@ class Scene:
             self.charts[message.chart] = message
 
     def chart(self, machine: str) -> ChartOf | None:
-        """Return the chart of a machine, if it was told."""
+        """Return the chart of a machine, or None before its message."""
         return self.charts.get(self.hashes.get(machine, ""))
 
     def microseconds(self, at: int) -> int:
@@ -82,7 +82,7 @@ class Scene:
         return self.latest
 
     def leaves(self, machine: str, on: Iterable[str]) -> list[str]:
-        """Return those of active states that have no active child."""
+        """Return the active states without an active child."""
         active, chart = list(on), self.chart(machine)
         if chart is None:
             return active
@@ -92,14 +92,14 @@ class Scene:
 
 
 def active_of(message: AnyMessage) -> Iterable[str] | None:
-    """Return the active states that a message tells; None for one that tells none."""
+    """Return the active states in a message, or None if it contains none."""
     if isinstance(message, State | Step) and not isinstance(message.on, UnsetType):
         return message.on
     return None
 
 
 def values_of(message: AnyMessage) -> Iterator[tuple[str, object]]:
-    """Yield the data, inputs and outputs that a message tells."""
+    """Yield the data, inputs and outputs in a message."""
     parts: list[Mapping[str, object]] = []
     if isinstance(message, State):
         parts = [message.data, message.inputs, message.outputs] if message.known else []

@@ -1,1 +1,1 @@
-"""The hub in JavaScript: a page simulates by itself with it. `bundle` makes one file of all."""
+"""The hub in JavaScript, with which a page simulates offline. `bundle` joins its files."""

@@ -1,7 +1,7 @@
-"""The page of `fsmkit serve`: HTML, CSS and JavaScript in, one file and its policy out.
+"""The page of `fsmkit serve`: joins HTML, CSS and JavaScript to one file with its policy.
 
-The files are what a browser reads; nothing builds them. Whatever a chart says is text in them:
-`textContent` alone, and drawings through a list of elements and attributes.
+Browsers read the files without a build step. Strings from charts are inserted by `textContent`
+only, and drawings through a list of elements and attributes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ SCRIPTS = (
     "keys.js",
     "page.js",
 )
-"""In the order in which they stand on the page, behind a transport."""
+"""The scripts of the page in order, after the transport."""
 STYLES = ("page.css", "plant.css")
 SPARED = re.compile(r"^[ \t]*(?:(?://.*|/\*(?:[^*]|\*(?!/))*\*/)?\n|(?=\S))", re.MULTILINE)
 """Lines that are comments or blank, and the indentation of others."""
@@ -49,14 +49,14 @@ class Page:
 @cache
 def page() -> Page:
     """Return the page of a server: no other file is wanted, no script but its own is run."""
-    return assembled(_read(SOCKET))
+    return assemble_page(_read(SOCKET))
 
 
-def assembled(transport: str, *, is_spared: bool = False) -> Page:
-    """Return the page over a transport, a script that defines the object ``transport``.
+def assemble_page(transport: str, *, is_spared: bool = False) -> Page:
+    """Return the page with a transport, a script that defines the object ``transport``.
 
-    ``is_spared``: for a page that is sent around: without comments and indentation, and without
-    what shows the picture of a plant, for which the transport has a stand-in.
+    ``is_spared``: for a page that is sent around, remove comments, indentation and the code for
+    pictures of plants; its transport has a replacement.
     """
     parts = [[n for n in names if not (is_spared and n in PLANT)] for names in (SCRIPTS, STYLES)]
     script, style = ("".join(map(_read, names)) for names in parts)

@@ -1,4 +1,4 @@
-"""Questions of a client: values, why, what an event would do, where something happened.
+"""Queries of a client: values, reasons, effects of an event, and searches.
 
-Pure functions of moments and charts; nothing in here changes a session.
+All are pure functions of moments and charts.
 """

@@ -5,36 +5,36 @@ from __future__ import annotations
 from typing import Any
 
 from fsmkit.inspector import commands
-from fsmkit.inspector.breakpoints import machine_of, own_names
+from fsmkit.inspector.breakpoints import machine_of, machine_without_prefix
 from fsmkit.inspector.clients import Client
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.history import History
-from fsmkit.inspector.questions.arguments import occurrence_of, received
+from fsmkit.inspector.questions.arguments import index_of_received_event, occurrence_of
 from fsmkit.inspector.view import View
 from fsmkit.runtime.live.messages import Again, to_json
 from fsmkit.runtime.live.steps import rows_of
 from fsmkit.verify import questions
 
 MOST_RESENT = 10_000
-"""Entries that are sent again at once."""
+"""Maximum number of entries sent again per command."""
 UNKNOWN = "the data are not known at this entry"
 
 
-def watched(view: View, command: commands.Watch) -> Any:
+def watched_value(view: View, command: commands.Watch) -> Any:
     """Return the value of an expression, or why it has none."""
     system = view.course.simulation.system
-    own = own_names(system, command.m)
+    own = machine_without_prefix(system, command.m)
     expression = questions.read(system, command.expression, own, None)
     if view.moment is None:
         return {"error": UNKNOWN}
     return questions.shown(expression, view.moment.snapshots)
 
 
-def explained(view: View, command: commands.Why) -> Any:
-    """Return what an event would do."""
+def explain_event(view: View, command: commands.Why) -> Any:
+    """Return the effect of an event."""
     machine = machine_of(view.course.simulation.system, command.m)
     chart = view.course.simulation.charts[machine]
-    event = received(chart, command.event)
+    event = index_of_received_event(chart, command.event)
     payload = None
     if command.payload is not None or not chart.events[event].fields:
         payload = occurrence_of(chart, command.event, command.payload or {}).payload
@@ -56,7 +56,7 @@ def microsteps(view: View, n: int) -> Any:
         raise wrong(f"there is no step {n}")
     done = view.course.stepped(n)
     if done is None:
-        raise wrong(f"entry {n} is no step whose microsteps are known")
+        raise wrong(f"the microsteps of entry {n} are unknown")
     chart = view.course.simulation.charts[done.machine]
     return [
         {

@@ -1,4 +1,4 @@
-"""What a command names and gives: events, payloads, inputs and data of a chart."""
+"""Convert the arguments of commands: events, payloads, inputs and data of a chart."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from fsmkit.runtime.script import is_received
 
 
 def occurrence_of(chart: Chart, name: str, payload: dict[str, Any]) -> Occurrence:
-    """Return an event with the payload that a client gave; `FsmkitError` for what does not fit."""
-    event = chart.events[received(chart, name)]
+    """Return an event with the given payload; raises `FsmkitError` for a mismatch."""
+    event = chart.events[index_of_received_event(chart, name)]
     names = [each.name for each in event.fields]
     if set(payload) != set(names):
         takes = ", ".join(f"`{each}`" for each in names) or "no values"
@@ -29,7 +29,7 @@ def occurrence_of(chart: Chart, name: str, payload: dict[str, Any]) -> Occurrenc
     )
 
 
-def received(chart: Chart, name: str) -> int:
+def index_of_received_event(chart: Chart, name: str) -> int:
     """Return the index of an event that a machine receives; `FsmkitError` for none."""
     known = [event.name for event in chart.events if is_received(event)]
     _place_of(name, known, "event")
@@ -37,7 +37,7 @@ def received(chart: Chart, name: str) -> int:
 
 
 def input_of(chart: Chart, name: str, value: Any) -> tuple[int, Value]:
-    """Return the place of an input and a value for it; `FsmkitError` for what does not fit."""
+    """Return the index and value of an input; raises `FsmkitError` for a mismatch."""
     place = _place_of(name, [each.name for each in chart.inputs], "input")
     return place, _value(value, chart.inputs[place].type, f"the input `{name}`")
 
@@ -55,7 +55,7 @@ def results_of(chart: Chart, name: str, values: list[Any]) -> tuple[Value, ...]:
 
 
 def datum_of(chart: Chart, name: str, value: Any) -> tuple[int, Value]:
-    """Return the place of a datum and a value for it; `FsmkitError` for what does not fit."""
+    """Return the index and value of a variable; raises `FsmkitError` for a mismatch."""
     place = _place_of(name, [each.name for each in chart.data], "datum")
     return place, _value(value, chart.data[place].type, f"`{name}`")
 

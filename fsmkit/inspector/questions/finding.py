@@ -1,4 +1,4 @@
-"""Looks through a history for an entry that hits what a breakpoint would."""
+"""Search a history for an entry that hits a breakpoint."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.inspector.commands import Break, Find
 from fsmkit.inspector.view import View
 
 MOST_AT_ONCE = 512
-"""Entries that are looked at for one command; conditions are evaluated in moments made again."""
+"""Maximum number of entries searched per command; conditions need recomputed moments."""
 
 
 def found(view: View, command: Find) -> dict[str, int]:
@@ -39,6 +39,6 @@ def _hits(view: View, point: Breakpoint, first: int, last: int) -> Iterator[int]
     before = course.moment(first - 1) if by_value and first <= last else None
     for n in range(first, last + 1):
         after = course.after(n, before) if by_value else None
-        if breakpoints.hits(course.simulation.system, point, before, after, course.messages(n)):
+        if breakpoints.is_hit(course.simulation.system, point, before, after, course.messages(n)):
             yield n
         before = after

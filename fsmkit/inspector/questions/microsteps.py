@@ -1,4 +1,4 @@
-"""The inside of a macrostep: it is made again, and the machine is kept after each microstep."""
+"""Recompute a macrostep, and store the machine after each microstep."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class _Recorded:
         self.seen: list[snap.Snapshot] = []
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Return what this call returned."""
+        """Return the recorded result of this call."""
         del operation, arguments
         return next(self._answers, None)
 
@@ -46,10 +46,10 @@ def _answers(effects: tuple[snap.Effect, ...]) -> Iterator[Value | None]:
 
 
 def snapshots_within(chart: Chart, macrostep: snap.Macrostep) -> tuple[snap.Snapshot, ...]:
-    """Return the machine after each microstep of a macrostep.
+    """Return the snapshots after each microstep of a macrostep.
 
-    Nothing where that is not known: in a macrostep in which only invoked machines did something,
-    and where a record does not do again what it says.
+    Empty if they are unknown: only invoked machines ran, or the recorded results do not reproduce
+    the macrostep.
     """
     host = _Recorded(chart, macrostep)
     before, cause = macrostep.before, macrostep.event

@@ -1,4 +1,4 @@
-"""Words that somebody typed, as fields of commands: for the shell and the console of an editor."""
+"""Parse typed words into fields of commands, for the shell and the console of an editor."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def event_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, di
 
 
 def input_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, Any]:
-    """Return the name of an input and the value that it gets, ``INPUT VALUE``.
+    """Return the name and value of an input, ``INPUT VALUE``.
 
-    `FsmkitError` at the line for an input or a value that there is not, and for words too many.
+    Raises `FsmkitError` at the line for an unknown input, an invalid value and extra words.
     """
     rest = iter(words)
     place, value = read_input(chart, rest, line)
@@ -46,7 +46,7 @@ def results_given(chart: Chart, words: Sequence[str], line: Text) -> tuple[str, 
     return plain(name), [to_json(value, type_) for value in values]
 
 
-def spelled(value: Any) -> str:
+def format_value(value: Any) -> str:
     """Return a value of the protocol as people read it."""
     match value:
         case bool():
@@ -54,8 +54,8 @@ def spelled(value: Any) -> str:
         case {"int": text} | {"float": text} if len(value) == 1:
             return str(text)
         case list():
-            return f"[{' '.join(map(spelled, value))}]"
+            return f"[{' '.join(map(format_value, value))}]"
         case dict():
-            return f"[{' '.join(f'{k}={spelled(v)}' for k, v in value.items())}]"
+            return f"[{' '.join(f'{k}={format_value(v)}' for k, v in value.items())}]"
         case _:
             return str(value)

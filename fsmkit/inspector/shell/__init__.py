@@ -1,5 +1,5 @@
-"""`fsmkit run` on a terminal: a face of the hub that takes a line and prints what happened.
+"""The shell of `fsmkit run`: a client of the hub that reads lines and prints steps.
 
-`shell` obeys lines, `completion` says how one may go on, `outline` shows what is active; `prompt`
-alone is about terminals.
+`shell` executes lines, `completion` completes them, `outline` prints the active states. Only
+`prompt` depends on terminals.
 """

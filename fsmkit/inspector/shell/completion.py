@@ -1,4 +1,4 @@
-"""How a line can go on: commands, events and their fields, members, inputs, states, names."""
+"""Complete a line: commands, events and their fields, members, inputs, states, names."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def candidates(known: Names, text: str) -> list[tuple[str, str]]:
 
 
 def _words(known: Names, before: str) -> Found:
-    """Yield all that can come next."""
+    """Yield all possible next words."""
     words = before.split()
     if not words:
         yield from _named(known, names.events, "event")
@@ -65,7 +65,7 @@ def _words(known: Names, before: str) -> Found:
                 ("script", "of fsmkit run"),
                 ("messages", "fsmkit.live"),
             )
-        case operation, [] if any(operation == o[0] for o in known.of(names.operations)):
+        case operation, [] if any(operation == o[0] for o in known.names_of_kind(names.operations)):
             yield "returns", "from here on, one value a call"
         case operation, ["returns", *_]:
             yield from _results(known, operation)
@@ -74,13 +74,13 @@ def _words(known: Names, before: str) -> Found:
 
 
 def _named(known: Names, kind: names.Kind, remark: str) -> Found:
-    for name, _, _ in known.of(kind):
+    for name, _, _ in known.names_of_kind(kind):
         yield name, remark
 
 
 def _fields(known: Names, event: str, before: str) -> Found:
     """Yield the fields of an event that are not given yet; behind `=` the members of its type."""
-    owner = next((o for o in known.of(names.events) if o[0] == event), None)
+    owner = next((o for o in known.names_of_kind(names.events) if o[0] == event), None)
     if owner is None:
         return
     typed, machine, chart = owner
@@ -97,7 +97,7 @@ def _fields(known: Names, event: str, before: str) -> Found:
 
 
 def _inputs(known: Names, typed: str) -> Found:
-    for name, machine, chart in known.of(names.inputs):
+    for name, machine, chart in known.names_of_kind(names.inputs):
         if name == typed:
             own = name.removeprefix(f"{machine}.")
             declared = next(i for i in chart.inputs if i.name in (name, own))
@@ -105,7 +105,7 @@ def _inputs(known: Names, typed: str) -> Found:
 
 
 def _results(known: Names, typed: str) -> Found:
-    for name, machine, chart in known.of(names.operations):
+    for name, machine, chart in known.names_of_kind(names.operations):
         if name == typed:
             types = result_types(chart)
             yield from _members(types[name if name in types else name.removeprefix(f"{machine}.")])

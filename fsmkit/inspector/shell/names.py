@@ -13,13 +13,13 @@ Kind = Callable[[Chart], Sequence[str]]
 
 
 class Names:
-    """The names of a system; those of its only machine stand alone, too."""
+    """The names of a system; those of its only machine also without prefix."""
 
     def __init__(self, system: System) -> None:
         self.machines = {each.name: each.chart for each in system.machines}
         self._alone = next(iter(self.machines)) if len(self.machines) == 1 else ""
 
-    def of(self, kind: Kind) -> Iterator[tuple[str, str, Chart]]:
+    def names_of_kind(self, kind: Kind) -> Iterator[tuple[str, str, Chart]]:
         """Yield each name of a kind as it is typed, its machine, and the chart of that."""
         for machine, chart in self.machines.items():
             for name in kind(chart):
@@ -35,11 +35,13 @@ class Names:
         else:
             machine, dot, name = word.partition(".")
             if not dot or machine not in self.machines:
-                known = [typed for typed, _, _ in self.of(kind)]
+                known = [typed for typed, _, _ in self.names_of_kind(kind)]
                 raise unknown_name(line, what, word, known if dot else [*self.machines, *known])
             chart = self.machines[machine]
         if name not in kind(chart):
-            raise unknown_name(line, what, word, [typed for typed, _, _ in self.of(kind)])
+            raise unknown_name(
+                line, what, word, [typed for typed, _, _ in self.names_of_kind(kind)]
+            )
         return self._alone or word.partition(".")[0], chart, name
 
 
@@ -49,12 +51,12 @@ def events(chart: Chart) -> list[str]:
 
 
 def every_event(chart: Chart) -> list[str]:
-    """Return the events of a chart, those that it sends and those of the platform as well."""
+    """Return all events of a chart, including those it sends and platform events."""
     return [event.name for event in chart.events]
 
 
 def states(chart: Chart) -> list[str]:
-    """Return the states of a chart, the root left out."""
+    """Return the states of a chart without the root."""
     return [state.id for state in chart.states[1:]]
 
 
@@ -73,7 +75,7 @@ def typed(text: str) -> Text:
     return Text(text, Span(Source("<line>", text), 0, len(text)))
 
 
-def whole(rest: Sequence[str], line: Text, usage: str) -> None:
-    """Refuse words at the end of a line; `FsmkitError` (``wrong-script-line``)."""
+def reject_extra_words(rest: Sequence[str], line: Text, usage: str) -> None:
+    """Reject extra words at the end of a line; raises `FsmkitError` (``wrong-script-line``)."""
     if rest:
         raise wrong_line(line, f"`{rest[0]}` is one word too many", f"write `{usage}`")

@@ -1,4 +1,4 @@
-"""What is active, in text: the line below the prompt, and the states as an outline."""
+"""Print the active states: as a line below the prompt, and as an outline."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def moment_of(hub: Hub) -> Moment:
 
 
 def bottom_line(hub: Hub) -> str:
-    """Return the time, what is active and what is due next."""
+    """Return the time, the active states and the next deadline."""
     tick, now = hub.simulation.tick, hub.at
     parts = [duration_text(now * tick), "  ".join(_machines(hub))]
     due = hub.simulation.next_deadline(moment_of(hub))
@@ -46,7 +46,7 @@ def _machines(hub: Hub) -> Iterator[str]:
 
 
 def _due(hub: Hub, deadline: int) -> str:
-    """Return the timer that is due first."""
+    """Return the name of the timer with the first deadline."""
     names, charts = hub.simulation.names, hub.simulation.charts
     for name, chart, snapshot in zip(names, charts, moment_of(hub).snapshots, strict=True):
         if snapshot.running and snapshot.timers and snapshot.timers[0].deadline == deadline:

@@ -25,7 +25,7 @@ from fsmkit.inspector.shell.outline import bottom_line
 from fsmkit.inspector.shell.shell import Shell
 
 LONGEST = 10_000
-"""Characters of a line; a paste of more is no command."""
+"""Maximum length of a line; a longer paste is not a command."""
 
 
 class _Completer(Completer):
@@ -54,7 +54,7 @@ class _History(FileHistory):
 
 
 def history_of(environment: Callable[[str], str | None] = os.environ.get) -> History:
-    """Return the lines typed before: in XDG_STATE_HOME, else in ~/.local/state, else in memory."""
+    """Return the previous lines: from XDG_STATE_HOME, ~/.local/state, or empty."""
     try:
         base = Path(environment("XDG_STATE_HOME") or "")
         folder = (base if base.is_absolute() else Path.home() / ".local/state") / "fsmkit"
@@ -124,7 +124,7 @@ async def converse(
 
 @contextmanager
 def _interrupts(shell: Shell) -> Iterator[None]:
-    """Let control-C stop what runs, after the step at hand."""
+    """Let Ctrl+C pause the session after the current step."""
 
     def stop(number: int, frame: FrameType | None) -> None:
         del number, frame

@@ -1,6 +1,6 @@
-"""Lines in, what happened out: commands of the hub as they are typed.
+"""The shell: executes typed lines as commands of the hub, and prints the steps.
 
-A shell is one client of its hub among others; it prints the steps that others caused as well.
+A shell is one client of its hub. It also prints the steps that other clients caused.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from fsmkit.inspector.breakpoints import KINDS
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.questions.typed import (
     event_given,
+    format_value,
     input_given,
     results_given,
-    spelled,
 )
 from fsmkit.inspector.shell import names
-from fsmkit.inspector.shell.names import Kind, Names, typed, whole
+from fsmkit.inspector.shell.names import Kind, Names, reject_extra_words, typed
 from fsmkit.inspector.shell.outline import moment_of, outline
-from fsmkit.inspector.simulation import Stepped
+from fsmkit.inspector.simulation import SimulationStep
 from fsmkit.language.units import duration_text
 from fsmkit.language.values import show, tokens
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -41,7 +41,7 @@ from fsmkit.runtime.session import variables
 from fsmkit.runtime.trace_text import Printer, pretty
 
 MOST_SHOWN = 200
-"""Steps of one command that are printed as they come; of more, the last ones."""
+"""Steps per command that are printed immediately; of further steps, only the last ones."""
 LAST_SHOWN = 10
 OTHERS_SHOWN = 20
 """Steps in a second that others caused and that are printed."""
@@ -54,17 +54,17 @@ COMMANDS = {
     "set": ("set INPUT VALUE", "change an input"),
     "wait": ("wait 500ms", "let time pass"),
     "go": ("go [until COND]", "run until COND becomes true, a breakpoint, a fault, or the end"),
-    "step": ("step", "do the next macrostep, whenever it is due"),
+    "step": ("step", "take the next macrostep, at its time"),
     "timer": ("timer", "run to the next timer"),
-    "why": ("why EVENT [a=1]", "why an event would do what it would do now"),
+    "why": ("why EVENT [a=1]", "the effect of an event now, and the reasons"),
     "watch": ("watch EXPR", "the value of an expression"),
     "break": ("break if COND", "stop there; also `break entered STATE` and others; alone: a list"),
     "unbreak": ("unbreak N", "remove a breakpoint"),
     "undo": ("undo [N]", "take back commands that were typed here"),
-    "redo": ("redo [N]", "do again what was taken back"),
+    "redo": ("redo [N]", "repeat the steps that were taken back"),
     "fork": ("fork [N]", "go to the end of a branch that was left; alone: list them"),
     "save": ("save as test NAME", "write NAME_test.py; also `as script FILE`, `as messages FILE`"),
-    "state": ("state", "what is active, as an outline"),
+    "state": ("state", "the active states as an outline"),
     "data": ("data", "values of data, inputs and outputs"),
     "events": ("events", "the events there are; * marks those that would do something now"),
     "serve": ("serve", "serve a page of this session"),
@@ -74,7 +74,7 @@ COMMANDS = {
 """Usage and help of each command."""
 WITHOUT_A_COMMAND = (
     ("EVENT a=1 b=2", "post an event"),
-    ("OPERATION returns 1, 2", "what it returns from here on, one value a call"),
+    ("OPERATION returns 1, 2", "the next results of an operation, one per call"),
 )
 ALIASES = {"exit": "quit", "?": "help"}
 CHANGING = {"post", "set", "returns", "wait", "go", "step", "timer", "fork"}
@@ -91,7 +91,7 @@ HOLDS = {True: "holds", False: "does not hold", "?": "not known before"}
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a session stands in its history: a branch, an entry, and the time (ticks)."""
+    """A position in a history: a branch, an entry, and the time in ticks."""
 
     branch: int
     n: int
@@ -119,7 +119,7 @@ class Shell:
     ) -> None:
         self._show, self._write, self._serve = show, write, serve
         self._lines_only = lines_only
-        self._waiting: deque[Stepped] = deque()
+        self._waiting: deque[SimulationStep] = deque()
         self._shown = self._kept_back = 0
         self._second = 0.0
         self._is_busy = self._is_starting = True
@@ -130,7 +130,7 @@ class Shell:
         self._points: dict[int, str] = {}
         self.is_done = False
         self.is_interrupted = False
-        """Set by a signal: a command that runs stops after the step at hand."""
+        """Set by a signal: a running command stops after the current step."""
         self.on_change: Callable[[], None] = lambda: None
         """Called after something that others did."""
 
@@ -148,9 +148,9 @@ class Shell:
         each = zip(self.hub.simulation.names, moment_of(self.hub).snapshots, strict=True)
         return {name: snapshot.fault for name, snapshot in each if snapshot.fault is not None}
 
-    # --- what happens --------------------------------------------------------------------------
+    # --- messages --------------------------------------------------------------------------
 
-    def observe(self, done: Stepped) -> None:
+    def observe(self, done: SimulationStep) -> None:
         """Take a step of the hub, caused here or by others."""
         self._waiting.append(done)
         if self._is_starting:
@@ -169,14 +169,14 @@ class Shell:
             self._kept_back += 1
 
     def _flush(self) -> None:
-        """Print what was kept back, and how much of it was dropped."""
+        """Print the collected lines, and how many were dropped."""
         if self._kept_back:
             self._show(Styled(f"          ... {self._kept_back} steps more ...", "dim"))
         while self._waiting:
             self._print(self._waiting.popleft())
         self._shown = self._kept_back = 0
 
-    def _print(self, done: Stepped) -> None:
+    def _print(self, done: SimulationStep) -> None:
         self._shown += 1
         simulation = self.hub.simulation
         chart, name = simulation.charts[done.machine], simulation.names[done.machine]
@@ -192,7 +192,7 @@ class Shell:
             )
 
     def _take(self, text: bytes) -> None:
-        """Take messages of the hub; steps come by `observe`."""
+        """Receive messages of the hub; steps arrive through `observe`."""
         found = msgspec.json.decode(text)
         for message in found if isinstance(found, list) else [found]:
             match message["k"]:
@@ -205,8 +205,8 @@ class Shell:
         if not self._is_busy:
             self.on_change()
 
-    def _say(self, do: str, **fields: Any) -> Any:
-        """Give a command; return its result, `FsmkitError` where it is refused."""
+    def _request(self, do: str, **fields: Any) -> Any:
+        """Give a command; return its result. Raises `FsmkitError` if it is rejected."""
         command = {"id": 1, "do": do, **fields}
         self.hub.receive(self._client, msgspec.json.encode(command, enc_hook=plain))
         if self._answer["k"] == "refused":
@@ -217,7 +217,7 @@ class Shell:
     # --- lines ---------------------------------------------------------------------------------
 
     async def obey(self, line: str) -> None:
-        """Do what a line says; `FsmkitError` for one that says nothing that can be done."""
+        """Execute a line; raises `FsmkitError` if it is invalid."""
         words = tokens(line)
         if not words:
             return
@@ -234,7 +234,7 @@ class Shell:
                 self._returns(words, text)
             else:
                 word = "post"
-                self._known(words[0], text)
+                self._require_known_word(words[0], text)
                 self._post(words, text)
         finally:
             self._flush()
@@ -266,12 +266,12 @@ class Shell:
                 self._back_or_forth(word, rest, line)
             case "unbreak":
                 number = _number(rest, line, usage)
-                self._say("unbreak", number=number)
+                self._request("unbreak", number=number)
                 self._points.pop(number, None)
             case "fork":
                 self._fork(rest, line)
             case _:
-                whole(rest, line, usage)
+                reject_extra_words(rest, line, usage)
                 await self._plain(word)
 
     async def _plain(self, word: str) -> None:
@@ -279,9 +279,9 @@ class Shell:
         match word:
             case "step" | "timer":
                 is_step = word == "step"
-                count = self._say("step", how="macro" if is_step else "timer")
+                count = self._request("step", how="macro" if is_step else "timer")
                 if not count:
-                    self._show(Styled("nothing is due", "yellow"))
+                    self._show(Styled("no timer is armed", "yellow"))
                 elif not self.hub.n < self._mode["head"]:
                     self._stopped()
             case "state":
@@ -298,26 +298,26 @@ class Shell:
             case _:
                 self.is_done = True
 
-    # --- what is done to the machines ----------------------------------------------------------
+    # --- changes of the machines ----------------------------------------------------------
 
     def _post(self, words: Sequence[str], line: Text) -> None:
         machine, event, payload = self._event(words, line)
-        how = self._say("post", m=machine, event=event, **{"with": payload})
+        how = self._request("post", m=machine, event=event, **{"with": payload})
         if how == "refused":
             self._show(Styled(f"{event} is lost: the queue is full, or the machine stopped", "red"))
         self._stopped()
 
-    def _known(self, word: str, line: Text) -> None:
-        """Refuse the first word of a line that is neither an event nor a command."""
+    def _require_known_word(self, word: str, line: Text) -> None:
+        """Reject a line whose first word is neither an event nor a command."""
         if not self._is_event(word) and "." not in word:
-            known = [name for name, _, _ in self.names.of(names.events)]
+            known = [name for name, _, _ in self.names.names_of_kind(names.events)]
             help_ = suggest(
                 word, [*known, *COMMANDS], "`help` lists the commands, `events` the events"
             )
             raise wrong_line(line, f"there is no event and no command `{word}`", help_)
 
     def _is_event(self, word: str) -> bool:
-        return any(word == name for name, _, _ in self.names.of(names.events))
+        return any(word == name for name, _, _ in self.names.names_of_kind(names.events))
 
     def _event(self, words: Sequence[str], line: Text) -> tuple[str, str, dict[str, Any]]:
         """Read an event with its payload: its machine, its name, the values for the protocol."""
@@ -331,13 +331,13 @@ class Shell:
             raise wrong_line(line, "an input and its value are wanted", "write `set INPUT VALUE`")
         machine, chart, name = self.names.find(words[0], "input", names.inputs, line)
         given, value = input_given(chart, (name, *words[1:]), line)
-        self._say("set", m=plain(machine), input=given, value=value)
+        self._request("set", m=plain(machine), input=given, value=value)
         self._stopped()
 
     def _returns(self, words: Sequence[str], line: Text) -> None:
         machine, chart, name = self.names.find(words[0], "operation", names.operations, line)
         operation, results = results_given(chart, (name, *words[1:]), line)
-        self._say("returns", m=plain(machine), operation=operation, results=results)
+        self._request("returns", m=plain(machine), operation=operation, results=results)
         self._stopped()
 
     def _wait(self, words: Sequence[str], line: Text) -> None:
@@ -346,12 +346,12 @@ class Shell:
 
     def _pass(self, ticks: int) -> None:
         """Let so much time pass, or until the machines stop."""
-        self._say("run", speed=1)
+        self._request("run", speed=1)
         self.hub.advance(ticks * self.hub.simulation.tick)
         while self.hub.wants_more and not self.is_interrupted:
             self.hub.advance(0)
         if self.hub.is_running:
-            self._say("pause")
+            self._request("pause")
 
     async def _go(self, words: Sequence[str], line: Text) -> None:
         until = ""
@@ -359,18 +359,18 @@ class Shell:
             until = _after(line, "until")
             if words[0] != "until" or not until:
                 raise wrong_line(line, "a condition is wanted", "write `go until COND`, or `go`")
-        self._say("run", speed=0, until=until)
+        self._request("run", speed=0, until=until)
         while self.hub.is_running and not self.is_interrupted:
             self.hub.advance(0)
-            await asyncio.sleep(0)  # a page that is served goes on
+            await asyncio.sleep(0)  # a served page continues
         if self.hub.is_running:
-            self._say("pause")
+            self._request("pause")
             self._flush()
             self._show(Styled("interrupted", "yellow"))
         self._stopped(is_told=True)
 
     def _stopped(self, *, is_told: bool = False) -> None:
-        """Say why the session stopped, if something stopped it."""
+        """Print why the session stopped, if it did."""
         self._flush()
         match self._mode.get("why"):
             case ["breakpoint", number]:
@@ -379,7 +379,7 @@ class Shell:
             case ["until", text]:
                 self._show(Styled(f"{text} holds", "bold yellow"))
             case ["idle"] if is_told:
-                self._show(Styled("nothing is due", "yellow"))
+                self._show(Styled("no timer is armed", "yellow"))
             case ["fault", "livelock", message]:
                 self._show(Styled(str(message), "bold red"))
         self._mode = {**self._mode, "why": []}
@@ -393,13 +393,15 @@ class Shell:
         fields: dict[str, Any] = {"m": plain(machine), "event": plain(name)}
         if len(words) > 1:
             fields["with"] = self._event(words, line)[2]
-        found = self._say("why", **fields)
+        found = self._request("why", **fields)
         self._show(Styled.assemble((words[0], "bold"), f" {WOULD[found['would']]}"))
         if "because" in found:
             self._show(f"  {found['because']}")
         for row in found["looked"]:
             guard = f" [{row['guard']}]" if "guard" in row else ""
-            values = ", ".join(f"{k} is {spelled(v)}" for k, v in row.get("values", {}).items())
+            values = ", ".join(
+                f"{k} is {format_value(v)}" for k, v in row.get("values", {}).items()
+            )
             holds = f"{HOLDS[row['holds']]}{f': {values}' if values and guard else ''}"
             span = chart.transitions[row["t"]].span
             at, _ = span.source.position(span.start)
@@ -408,13 +410,13 @@ class Shell:
     def _watch(self, expression: str, line: Text) -> None:
         if not expression:
             raise wrong_line(line, "an expression is wanted", "write `watch EXPR`")
-        found = self._say("watch", expression=expression)
-        self._show(found["error"] if "error" in found else spelled(found["value"]))
+        found = self._request("watch", expression=expression)
+        self._show(found["error"] if "error" in found else format_value(found["value"]))
 
     def _events(self) -> None:
         for machine, chart in self.names.machines.items():
-            found = {e["event"]: e["would"] for e in self._say("events", m=plain(machine))}
-            for name, owner, _ in self.names.of(names.events):
+            found = {e["event"]: e["would"] for e in self._request("events", m=plain(machine))}
+            for name, owner, _ in self.names.names_of_kind(names.events):
                 if owner == machine:
                     event = chart.events[chart.event_index[name.removeprefix(f"{machine}.")]]
                     mark = " " if found[event.name] == "no" else "*"
@@ -422,7 +424,7 @@ class Shell:
                     self._show(f"  {mark} {name}{f'({fields})' if fields else ''}")
 
     def _where(self) -> None:
-        """Print the time, and what is active."""
+        """Print the time and the active states."""
         simulation, now = self.hub.simulation, self.hub.at
         each = zip(simulation.names, simulation.charts, moment_of(self.hub).snapshots, strict=True)
         for name, chart, snapshot in each:
@@ -452,7 +454,9 @@ class Shell:
             fields: dict[str, Any] = {"on": "condition", "what": _after(line, "if")}
         else:
             fields = self._point(words, line)
-        self._points[self._say("break", **fields)] = line.value.strip().partition(" ")[2].strip()
+        self._points[self._request("break", **fields)] = (
+            line.value.strip().partition(" ")[2].strip()
+        )
 
     def _point(self, words: Sequence[str], line: Text) -> dict[str, Any]:
         """Return the fields of a breakpoint that is no condition."""
@@ -462,7 +466,7 @@ class Shell:
             fields["if"] = _after(line, "if")
             rest = rest[: rest.index("if")]
         if on in ("fault", "error", "lost"):
-            whole(rest, line, f"break {on}")
+            reject_extra_words(rest, line, f"break {on}")
             return fields
         if on == "changed":
             return {**fields, "what": " ".join(rest)}
@@ -478,7 +482,7 @@ class Shell:
             machine, dot, number = rest[0].rpartition(".")
             only = next(iter(self.names.machines))
             if not number.isdecimal() or (not dot and len(self.names.machines) > 1):
-                raise wrong_line(line, f"`{rest[0]}` is no transition", "write its number")
+                raise wrong_line(line, f"`{rest[0]}` is not a transition", "write its number")
             return {**fields, "m": plain(machine or only), "what": int(number)}
         kind: Kind = BLOCKS[on]
         what = "event" if on in ("event", "sent") else "state"
@@ -506,18 +510,18 @@ class Shell:
     def _go_to(self, place: Place) -> None:
         """Go to a place in the history; nothing happens between its entry and its time."""
         if place.branch != self._place.branch:
-            self._say("fork", branch=place.branch)
-        self._say("seek", n=place.n)
+            self._request("fork", branch=place.branch)
+        self._request("seek", n=place.n)
         if self.hub.at < place.now:
             self._pass(place.now - self.hub.at)
 
     def _fork(self, rest: Sequence[str], line: Text) -> None:
         if rest:
-            self._say("fork", branch=_number(rest, line, "fork N"))
+            self._request("fork", branch=_number(rest, line, "fork N"))
             self._where()
             return
         self._show(f"  {self._place.branch}: this one, to entry {self._mode['head']}")
-        for each in self._say("branches"):
+        for each in self._request("branches"):
             self._show(f"  {each['branch']}: to entry {each['head']}")
 
     def _save(self, rest: Sequence[str], line: Text) -> None:
@@ -525,7 +529,7 @@ class Shell:
         match rest:
             case ["as", kind, name] if kind in kinds:
                 path = Path(f"{name.removesuffix('_test')}_test.py" if kind == "test" else name)
-                self._write(path, self._say("save", **{"as": kinds[kind]}))
+                self._write(path, self._request("save", **{"as": kinds[kind]}))
                 self._show(f"{path} is written")
             case _:
                 help_ = (
@@ -541,7 +545,7 @@ def _values(chart: Chart, snapshot: Snapshot) -> Iterator[Styled]:
 
 
 def _after(line: Text, word: str) -> str:
-    """Return what stands in a line behind a word."""
+    """Return the rest of a line after a word."""
     _, _, rest = f" {line.value.strip()} ".partition(f" {word} ")
     return rest.strip()
 

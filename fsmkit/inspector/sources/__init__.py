@@ -1,8 +1,8 @@
-"""Where the entries of a session come from, if the hub does not simulate them itself.
+"""Sources of a session's entries other than the simulation.
 
-Something *recorded* is known as a whole: a counterexample, a log, a file of messages. Something
-*followed* runs elsewhere, and its entries come in time. Both give entries in the order in which
-they happened; the hub numbers them.
+A *recorded* source is complete: a counterexample, a log, a file of messages. A *followed* source
+is an external program whose entries arrive over time. Both provide entries in chronological order;
+the hub numbers them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.simulation import Moment, SimulationStep
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Occurrence
 from fsmkit.runtime.live.messages import AnyMessage, Json
@@ -21,30 +21,30 @@ from fsmkit.system.system import System
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One entry of the history: the messages for a client, and the system after it.
+    """An entry of the history: the messages for a client, and the system after it.
 
-    The first message is a `Step`, or a `Post` or `Set` of somebody outside, or a `State` or `Lost`.
-    Their ``n`` is overwritten by the hub. ``moment`` None: the data are not known until the next
-    entry that has one; meanwhile the view goes by the messages. ``stepped`` None: no macrostep is
-    known, so its microsteps are not.
+    The first message is a `Step`, an external `Post` or `Set`, a `State` or `Lost`. The hub
+    overwrites its ``n``. ``moment`` None: the data are unknown up to the next entry with a moment;
+    the view then uses the messages. ``stepped`` None: the macrostep, and thus its microsteps, is
+    unknown.
     """
 
     moment: Moment | None
     messages: tuple[AnyMessage, ...]
-    stepped: Stepped | None = None
+    stepped: SimulationStep | None = None
 
 
 @runtime_checkable
 class Recorded(Protocol):
-    """Something that is over: all of its entries are there.
+    """A complete source, with all entries.
 
-    ``at_end``: the view begins at the last entry, which was reached for the reason ``why``
+    ``at_end``: the view starts at the last entry, which was reached for the reason ``why``
     (``["property", "P2"]``).
     """
 
     @property
     def system(self) -> System:
-        """The machines; a branch goes on with them in the interpreter."""
+        """The machines; the interpreter continues a branch with them."""
 
     @property
     def time(self) -> str:
@@ -56,15 +56,15 @@ class Recorded(Protocol):
 
     @property
     def entries(self) -> Sequence[Entry]:
-        """All that happened."""
+        """All entries."""
 
     @property
     def at_end(self) -> bool:
-        """Whether the view begins at the end."""
+        """Whether the view starts at the end."""
 
     @property
     def why(self) -> list[Json]:
-        """The reason for the end; empty if there is none."""
+        """The reason for the end, or an empty list."""
 
 
 @runtime_checkable
@@ -81,17 +81,17 @@ class Followed(Protocol):
 
     @property
     def can(self) -> frozenset[str]:
-        """Which of the commands ``post`` and ``set`` the host obeys."""
+        """The commands among ``post`` and ``set`` that the host accepts."""
 
     @property
     def begin(self) -> Moment | None:
         """The system before the first entry, if it is known."""
 
     def receive(self) -> Sequence[Entry]:
-        """Return the entries that came since the last call, without waiting.
+        """Return the entries since the last call, without waiting.
 
-        The hub calls it up to 60 times a second. `FsmkitError` where nothing more can come: the
-        finding is shown, and the source is not called again.
+        The hub calls it up to 60 times per second. It raises `FsmkitError` at the end; the finding
+        is shown, and the source is not called again.
         """
 
     def post(self, machine: int, occurrence: Occurrence) -> None:
@@ -108,7 +108,7 @@ class Followed(Protocol):
 
 
 @runtime_checkable
-class Driven(Followed, Protocol):
+class DrivenSource(Followed, Protocol):
     """Something followed that is stepped: it can be stopped, paced and saved from here.
 
     ``can`` names ``run``, ``pause`` and ``step`` if it is stepped now.
@@ -116,7 +116,7 @@ class Driven(Followed, Protocol):
 
     @property
     def is_running(self) -> bool:
-        """Whether it goes on."""
+        """Return whether it runs."""
 
     @property
     def speed(self) -> float:
@@ -126,15 +126,17 @@ class Driven(Followed, Protocol):
         """Go on, at a speed."""
 
     def pause(self) -> None:
-        """Stand still."""
+        """Pause."""
 
     def step(self, ticks: int) -> None:
-        """Go on by some ticks, and stand still."""
+        """Advance by some ticks, then pause."""
 
     def save(self, kind: str) -> str:
-        """Return what was done, as a ``script`` or a ``pytest``; `FsmkitError` if it cannot be."""
+        """Return the session as ``script`` or ``pytest``; raises `FsmkitError` if impossible."""
 
 
 def ended(why: str) -> FsmkitError:
     """Return the error for something followed that gives nothing more."""
-    return fail("source-ended", why, help="look at what came before, and start it again")
+    return fail(
+        "source-ended", why, help="inspect the previous entries, and start the program again"
+    )

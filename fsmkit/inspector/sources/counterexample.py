@@ -1,8 +1,8 @@
-"""Counterexamples and witnesses of ``fsmkit check``, performed again: every moment is known.
+"""Replay counterexamples and witnesses of ``fsmkit check``, with every moment known.
 
-Shown are the machines of the file. Those that `check` adds (monitors, a schedule, what sets inputs)
-are seen by what they do to the others. Times in dense or without time are shown in whole ticks: of
-a fraction the whole part, of a timer without time its full delay.
+The machines of the file are shown. Machines added by `check` (monitors, a schedule, drivers of
+inputs) are visible by their effects. Dense times and paths without time are shown in whole ticks:
+a time is rounded down, a timer without time has its full delay.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.diagnostics.paths import is_file
-from fsmkit.inspector.as_messages import Teller
-from fsmkit.inspector.simulation import Driven, Moment, Passed, Simulation, Stepped
+from fsmkit.inspector.as_messages import MessageEncoder
+from fsmkit.inspector.simulation import Delivery, InputChange, Moment, Simulation, SimulationStep
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
 from fsmkit.runtime.interpreter import snapshot as snap
@@ -36,15 +36,14 @@ from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Trail
 
 WRONG = (KeyError, IndexError, TypeError, ValueError, AttributeError, ZeroDivisionError)
-"""What a document that is no trace leads to, as one of another version of the charts does."""
+"""Errors caused by an invalid trace, or by one of another version of the charts."""
 
 
 def read_trace(path: Path) -> tuple[Recording, Path]:
-    """Return a trace of ``check --save-trace``, and the file of the chart or system it is of.
+    """Return a trace of ``check --save-trace``, and the file of its chart or system.
 
-    `FsmkitError`: ``unreadable-log`` for what is no trace, ``replay-parts`` where the charts cannot
-    do it any more, and the findings of the charts. A file that is not where it was is looked for
-    beside the trace.
+    Raises `FsmkitError`: ``unreadable-log`` for an invalid file, ``replay-parts`` if the charts
+    cannot replay it, and the findings of the charts. A missing file is searched beside the trace.
     """
     text = read_bytes(path)
     try:
@@ -63,7 +62,7 @@ def read_trace(path: Path) -> tuple[Recording, Path]:
 def _unreadable(path: Path, why: str) -> FsmkitError:
     return fail(
         "unreadable-log",
-        f"`{path}` is no trace: {why}",
+        f"`{path}` is not a trace: {why}",
         help="save one with `fsmkit check --save-trace`",
     )
 
@@ -74,7 +73,7 @@ def recording_of(document: Mapping[str, Any]) -> Recording:
         system, closed, trail = loaded(document)
         why: list[Json] = ["property", str(document.get("property", ""))]
         lines = [tuple(step["lines"]) for step in document.get("steps", ())]
-        return recorded(system, closed, trail, why, document.get("loop"), lines)
+        return recording_of_trail(system, closed, trail, why, document.get("loop"), lines)
     except ReplayError as error:
         raise _parted(str(error)) from error
     except WRONG as error:
@@ -89,7 +88,7 @@ def _parted(why: str) -> FsmkitError:
     )
 
 
-def recorded(
+def recording_of_trail(
     system: System,
     closed: ClosedSystem,
     trail: Trail,
@@ -97,13 +96,13 @@ def recorded(
     loop: int | None = None,
     lines: Sequence[tuple[str, ...]] = (),
 ) -> Recording:
-    """Return a path of a system as something recorded, which begins at its end.
+    """Return a path of a system as a recording that starts at its end.
 
-    ``closed``: ``system``, ready to be explored. ``loop``: from which step on it repeats for ever,
-    which is told as an entry: ``[*why, "loop", entry]``. ``lines``: the trace of each step, if it
-    was kept. `ReplayError` where a step cannot be taken, or has another trace.
+    ``closed``: ``system``, ready for exploration. ``loop``: the first step of the repeated part,
+    reported as ``[*why, "loop", entry]``. ``lines``: the trace of each step, if stored. Raises
+    `ReplayError` if a step is impossible or has another trace.
     """
-    making = _Making(system, closed)
+    making = _EntryBuilder(system, closed)
     begin = making.moment
     entries: list[Entry] = []
     for number, told in enumerate(making.replay.walk(trail)):
@@ -118,22 +117,22 @@ def recorded(
 
 
 @dataclass(slots=True)
-class _Making:
+class _EntryBuilder:
     """A path while it is performed."""
 
     system: System
     closed: ClosedSystem
     replay: Replay = field(init=False)
     simulation: Simulation = field(init=False)
-    teller: Teller = field(init=False)
+    encoder: MessageEncoder = field(init=False)
     moment: Moment = field(init=False)
-    pending: tuple[Passed, ...] = ()
-    """What was sent while the machines started."""
+    pending: tuple[Delivery, ...] = ()
+    """Events sent while the machines started."""
 
     def __post_init__(self) -> None:
         self.replay = Replay(self.closed)
         self.simulation = Simulation(self.system)
-        self.teller = Teller(self.simulation)
+        self.encoder = MessageEncoder(self.simulation)
         self.moment = self.simulation.begin()
 
     def entries(self, told: TraceStep) -> Iterator[Entry]:
@@ -143,7 +142,7 @@ class _Making:
             self.moment = replace(self._absolute(), turn=None, at_once=0)
             return
         if step.machine >= len(self.simulation.charts):
-            yield from self._from_outside(told.messages)
+            yield from self._external_entries(told.messages)
             return
         machine, chart = step.machine, self.simulation.charts[step.machine]
         before = self.moment.snapshots[machine]
@@ -166,18 +165,18 @@ class _Making:
             self.pending += passed
             passed = () if moment.to_start else self.pending
         driven = tuple(
-            Driven(message.target, message.input, message.value)
+            InputChange(message.target, message.input, message.value)
             for message in told.messages
             if message.event is None and message.target < len(self.simulation.charts)
         )
         self.moment = moment
-        stepped = Stepped(machine, done, passed, driven)
-        yield Entry(moment, tuple(self.teller.step(0, moment, stepped)), stepped)
+        stepped = SimulationStep(machine, done, passed, driven)
+        yield Entry(moment, tuple(self.encoder.step(0, moment, stepped)), stepped)
 
-    # --- what comes from outside ---------------------------------------------------------------
+    # --- external changes ---------------------------------------------------------------
 
-    def _from_outside(self, messages: tuple[Message, ...]) -> Iterator[Entry]:
-        """Yield what a machine that is not shown does to those that are."""
+    def _external_entries(self, messages: tuple[Message, ...]) -> Iterator[Entry]:
+        """Yield the effects of a hidden machine on those that are shown."""
         for message in messages:
             if message.target >= len(self.simulation.charts):
                 continue
@@ -241,7 +240,7 @@ class _Making:
         return replace(self.moment, now=floor(ticks), snapshots=tuple(found))
 
     def _at(self, chart: Chart, snapshot: snap.Snapshot, ticks: Fraction) -> snap.Snapshot:
-        """Return a machine with times since the start: those of a path are from now on."""
+        """Return a snapshot with times since the start; those of a path are relative to now."""
         invoked = tuple(
             None if child is None else self._at(invocation.chart, child, ticks)
             for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True)
@@ -288,7 +287,7 @@ class _Making:
 
     def _passed(
         self, machine: int, messages: tuple[Message, ...], moment: Moment, queues: list[int]
-    ) -> Iterator[Passed]:
+    ) -> Iterator[Delivery]:
         """Yield the events that went to other machines; ``queues``: how many waited before."""
         for message in messages:
             target, event = message.target, message.event
@@ -301,4 +300,4 @@ class _Making:
             )
             queues[target] += 1
             has_room = queues[target] <= len(moment.snapshots[target].queue)
-            yield Passed(link, event, has_room or bool(moment.to_start))
+            yield Delivery(link, event, has_room or bool(moment.to_start))

@@ -1,7 +1,7 @@
-"""Files of messages (``.live``, ``.live.gz``): sessions that were recorded or saved.
+"""Read files of messages (``.live``, ``.live.gz``): recorded or saved sessions.
 
-What the interpreter simulated is done again, and must be the same message by message, so every
-moment is known. Of anything else the messages are shown, as a client saw them.
+A simulated session is replayed by the interpreter and compared message by message, so every moment
+is known. For any other session, the messages are shown as a client received them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import msgspec
 from fsmkit.chart.loading import read_bytes
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.diagnostics.paths import is_file
-from fsmkit.inspector.as_messages import Teller
+from fsmkit.inspector.as_messages import MessageEncoder
 from fsmkit.inspector.folding import Folded, fold
 from fsmkit.inspector.questions.arguments import results_of
 from fsmkit.inspector.simulation import Moment, Simulation
@@ -48,7 +48,7 @@ MOST_LINE = 1 << 26
 """Bytes of a line; the longest holds the chart of a machine."""
 KINDS = {kind.__struct_config__.tag for kind in get_args(AnyMessage)}
 WRONG = (LookupError, TypeError, ValueError)
-"""What messages lead to that no session of these machines has."""
+"""Errors caused by messages that are impossible for these machines."""
 Told = Step | Post | Set | State | Pass | Lost
 
 
@@ -60,20 +60,19 @@ def is_live(path: Path) -> bool:
 def read_live(path: Path, findings: Findings, file: Path | None = None) -> tuple[Recording, Path]:
     """Return a file of messages, and the file of its chart or system.
 
-    ``file``: that file; by default the one that the messages name, beside them. A file that ends
-    within a line, as one of a session that was killed, is read up to there. `FsmkitError`:
-    ``unreadable-log``, ``foreign-log`` for another chart, ``replay-parts`` where the interpreter
-    does not do it again.
+    ``file``: that file; by default the one named in the messages, beside them. A file that ends
+    within a line, as after a kill, is read up to there. Raises `FsmkitError`: ``unreadable-log``,
+    ``foreign-log`` for another chart, ``replay-parts`` if the replay differs.
     """
     hello, groups = _read(path)
     file = file or _file_of(path, hello)
     system = system_within(read(file, findings))
     simulation = Simulation(system, hello.seed)
-    teller = Teller(simulation)
-    if teller.machines != hello.machines:
+    encoder = MessageEncoder(simulation)
+    if encoder.machines != hello.machines:
         raise fail(
             "foreign-log",
-            f"`{path}` is of other machines than those of `{file}`: {_differs(teller, hello)}",
+            f"`{path}` is of other machines than those of `{file}`: {_differs(encoder, hello)}",
             help="name the chart or the system as it was then",
         )
     if groups and groups[0][0].n == 0 and hello.time == "simulated":
@@ -83,17 +82,17 @@ def read_live(path: Path, findings: Findings, file: Path | None = None) -> tuple
     begin = simulation.begin() if is_whole else None
     try:
         entries = (
-            list(_done_again(simulation, teller, groups))
+            list(_replay(simulation, encoder, groups))
             if is_whole
-            else [Entry(None, tuple(group)) for group in _checked(teller, groups)]
+            else [Entry(None, tuple(group)) for group in _checked(encoder, groups)]
         )
     except WRONG as error:
-        raise _unreadable(path, f"no session says so: {error}") from error
+        raise _unreadable(path, f"a message is impossible: {error}") from error
     return Recording(system, begin, entries), file
 
 
-def _differs(teller: Teller, hello: Hello) -> str:
-    here = {each.m: each.chart for each in teller.machines}
+def _differs(encoder: MessageEncoder, hello: Hello) -> str:
+    here = {each.m: each.chart for each in encoder.machines}
     there = {each.m: each.chart for each in hello.machines}
     other = [name for name in there if there[name] != here.get(name)]
     return ", ".join(f"`{name}`" for name in other[:3]) or "their number or order"
@@ -115,7 +114,7 @@ def _file_of(path: Path, hello: Hello) -> Path:
 def _unreadable(path: Path, why: str) -> FsmkitError:
     return fail(
         "unreadable-log",
-        f"`{path}` is no file of messages: {why}",
+        f"`{path}` is not a file of messages: {why}",
         help="record one with `fsmkit serve --record`, or save a session as `live`",
     )
 
@@ -147,9 +146,9 @@ def _read(path: Path) -> tuple[Hello, list[list[Told]]]:
 
 
 def _lines(path: Path, data: bytes) -> Iterator[bytes]:
-    """Yield the lines of a file, one at a time, as far as a packed file that was cut off goes.
+    """Yield the lines of a file, up to the end of a truncated compressed file.
 
-    A packed file may unpack to a thousand times its size, so no more than a line is held.
+    A compressed file can grow a thousandfold, so only one line is in memory.
     """
     packed = io.BytesIO(data)
     file = gzip.GzipFile(fileobj=packed) if data.startswith(GZIP) else packed
@@ -180,9 +179,9 @@ def _messages(line: bytes) -> Iterator[AnyMessage]:
 
 
 def _take(groups: list[list[Told]], line: Iterable[Told]) -> None:
-    """Put the messages of a line to their entries; what is of the past begins another branch there.
+    """Add the messages of a line to their entries; one of the past starts another branch.
 
-    States alone are no entry of their own, but that in which all began: they go with the last one.
+    A message with states alone joins the last entry, except the first one.
     """
     for n, found in groupby(line, key=lambda message: message.n):
         told = list(found)
@@ -199,9 +198,9 @@ def _take(groups: list[list[Told]], line: Iterable[Told]) -> None:
 # --- entries ------------------------------------------------------------------------------------
 
 
-def _checked(teller: Teller, groups: Iterable[list[Told]]) -> Iterator[list[Told]]:
+def _checked(encoder: MessageEncoder, groups: Iterable[list[Told]]) -> Iterator[list[Told]]:
     """Yield entries that machines of these charts can have; `WRONG` for others."""
-    folded = Folded(teller.unknown(0))
+    folded = Folded(encoder.unknown(0))
     names = {state.m for state in folded.states}
     for group in groups:
         for message in group:
@@ -209,7 +208,7 @@ def _checked(teller: Teller, groups: Iterable[list[Told]]) -> Iterator[list[Told
                 raise ValueError(f"entry {message.n} is of a machine that there is not")
             if isinstance(message, Step) and not all(map(_is_row, (message.cause, *message.do))):
                 raise ValueError(f"entry {message.n} has an effect without words")
-            teller.action_line(message)
+            encoder.action_line(message)
         folded = fold(folded, group)
         yield group
 
@@ -228,10 +227,10 @@ def _is_row(row: Row) -> bool:
     return bool(row) and isinstance(row[0], str) and len(row) >= LEAST.get(row[0], 2)
 
 
-def _done_again(
-    simulation: Simulation, teller: Teller, groups: Iterable[list[Told]]
+def _replay(
+    simulation: Simulation, encoder: MessageEncoder, groups: Iterable[list[Told]]
 ) -> Iterator[Entry]:
-    """Yield what a simulation does, which must be what was told."""
+    """Yield the entries of a simulation, which must equal the messages."""
     moment = simulation.begin()
     for group in groups:
         first, done = group[0], None
@@ -239,11 +238,11 @@ def _done_again(
             moment, done = simulation.step(moment, first.at)
         if isinstance(first, Step):
             moment, done = simulation.step(moment, first.at)
-            told: list[AnyMessage] = [] if done is None else teller.step(first.n, moment, done)
+            told: list[AnyMessage] = [] if done is None else encoder.step(first.n, moment, done)
         elif done is not None:
-            told = teller.step(first.n, moment, done)
+            told = encoder.step(first.n, moment, done)
         else:
-            moment = _acted(simulation, moment, first)
+            moment = _apply_action(simulation, moment, first)
             told = list(group)
         if told != group[: len(told)] or not told:
             raise fail(
@@ -255,8 +254,8 @@ def _done_again(
         yield Entry(moment, tuple(group), done)
 
 
-def _acted(simulation: Simulation, moment: Moment, told: Told) -> Moment:
-    """Return the system after what a client did."""
+def _apply_action(simulation: Simulation, moment: Moment, told: Told) -> Moment:
+    """Return the system after an action of a client."""
     machine = simulation.names.index(told.m) if isinstance(told, Post | Set) else 0
     chart = simulation.charts[machine]
     match told:
@@ -283,7 +282,7 @@ def _acted(simulation: Simulation, moment: Moment, told: Told) -> Moment:
                 )
             return moment
         case _:
-            raise ValueError(f"entry {told.n} is nothing that a client does")
+            raise ValueError(f"entry {told.n} is not an action of a client")
 
 
 def _words(told: Sequence[AnyMessage]) -> str:

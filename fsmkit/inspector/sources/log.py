@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Source, Span, Text, fail
-from fsmkit.inspector.as_messages import Teller
-from fsmkit.inspector.simulation import Moment, Simulation, Stepped
+from fsmkit.inspector.as_messages import MessageEncoder
+from fsmkit.inspector.simulation import Moment, Simulation, SimulationStep
 from fsmkit.inspector.sources import Entry
 from fsmkit.inspector.sources.recording import Recording
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -21,10 +21,10 @@ from fsmkit.system.of_one_chart import system_of
 
 
 def read_log(chart: Chart, data: bytes, instance: int | None = None) -> Recording:
-    """Return the log of a machine as something recorded; ``instance``: which machine of it.
+    """Return the log of a machine as a recording; ``instance``: the machine in the log.
 
-    `FsmkitError`: ``unreadable-log``, ``foreign-log``, and ``replay-parts`` where the interpreter
-    does not do as the C did.
+    Raises `FsmkitError`: ``unreadable-log``, ``foreign-log``, and ``replay-parts`` if the replay
+    diverges from the C.
     """
     if data.startswith(RING):
         raise fail(
@@ -34,7 +34,7 @@ def read_log(chart: Chart, data: bytes, instance: int | None = None) -> Recordin
         )
     system = system_of(chart)
     simulation = Simulation(system)
-    making = _Making(chart, Teller(simulation), simulation.begin())
+    making = _EntryBuilder(chart, MessageEncoder(simulation), simulation.begin())
     begin = making.moment
     entries = [
         entry for done in replay_lines(chart, data, instance) for entry in making.entries(done)
@@ -42,12 +42,12 @@ def read_log(chart: Chart, data: bytes, instance: int | None = None) -> Recordin
     return Recording(system, begin, entries)
 
 
-class _Making:
+class _EntryBuilder:
     """A log while it is done again."""
 
-    def __init__(self, chart: Chart, teller: Teller, begin: Moment) -> None:
+    def __init__(self, chart: Chart, encoder: MessageEncoder, begin: Moment) -> None:
         self._chart = chart
-        self._teller = teller
+        self._encoder = encoder
         self.moment = begin
 
     def entries(self, done: ReplayedLine) -> Iterator[Entry]:
@@ -67,7 +67,7 @@ class _Making:
             case "post" | "dispatch":
                 how = "refused" if "full queue" in done.results else "queued"
                 waits = (*before.queue, line.event)
-                if line.verb == "dispatch":  # ahead of all that waits
+                if line.verb == "dispatch":  # ahead of all queued events
                     waits = (line.event, *before.queue)
                 if how == "queued":
                     self._go(replace(before, queue=waits), done.now)
@@ -75,15 +75,15 @@ class _Making:
                 yield Entry(self.moment, (Post(m=name, n=0, at=done.now, event=row, how=how),))
             case "restore":
                 self._go(done.after, done.now)
-                yield Entry(self.moment, self._teller.states(0, self.moment))
+                yield Entry(self.moment, self._encoder.states(0, self.moment))
             case _:
                 pass
         macrosteps = [each for each in done.results if not isinstance(each, str)]
         for macrostep in macrosteps:
             is_last = macrostep is macrosteps[-1]
             self._go(done.after if is_last else macrostep.after, macrostep.at)
-            stepped = Stepped(0, macrostep, (), ())
-            yield Entry(self.moment, tuple(self._teller.step(0, self.moment, stepped)), stepped)
+            stepped = SimulationStep(0, macrostep, (), ())
+            yield Entry(self.moment, tuple(self._encoder.step(0, self.moment, stepped)), stepped)
         if line.verb in ("run", "at"):
             self._go(done.after, done.now)
 

@@ -1,4 +1,4 @@
-"""From a path to whatever a hub shows."""
+"""Open the source of a session from a path."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def open_source(
     replay: Path | None = None,
     instance: int | None = None,
 ) -> Opened:
-    """Return what a file holds.
+    """Open a file as the source of a session.
 
-    A chart or a system; a trace of ``check`` (``.json``); messages (``.live``, ``.live.gz``).
-    ``replacing``: charts that machines of a system run in place of those the file names.
-    ``replay``: the log of a machine in C made from the chart, or messages, which are shown instead
-    of it; ``instance``: which machine of the log. `FsmkitError` with every finding, where something
-    cannot be read. ``strict``, ``parameters``: as of `read_model`.
+    The file is a chart or a system, a trace of ``check`` (``.json``), or messages (``.live``,
+    ``.live.gz``). ``replacing``: other charts for machines of a system. ``replay``: the log of a
+    machine in C or a file of messages, shown instead of a simulation; ``instance``: the machine in
+    the log. ``strict`` and ``parameters`` are those of `read_model`. Raises `FsmkitError` with all
+    findings if a file cannot be read.
     """
     messages = next((each for each in (replay, path) if each is not None and is_live(each)), None)
     if messages is not None:

@@ -1,7 +1,6 @@
-"""A `Session` or `SystemSession` of a Python program, followed while the program runs it.
+"""Follow a `Session` or `SystemSession` while a Python program runs it.
 
-The program only puts what happened in a queue; it never waits. Whoever looks on takes it from
-there, in another thread.
+The program appends its steps to a queue and never waits. Another thread reads the queue.
 """
 
 from __future__ import annotations
@@ -11,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from fsmkit.inspector.as_messages import Teller
+from fsmkit.inspector.as_messages import MessageEncoder
 from fsmkit.inspector.commands import wrong
-from fsmkit.inspector.simulation import Driven, Moment, Simulation, Stepped
+from fsmkit.inspector.simulation import InputChange, Moment, Simulation, SimulationStep
 from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Occurrence, Snapshot, Start
@@ -25,14 +24,14 @@ from fsmkit.runtime.system_session import SystemSession
 from fsmkit.system.of_one_chart import system_of
 
 MOST_WAITING = 50_000
-"""Changes that wait to be looked at; more are lost, and counted."""
+"""Maximum number of queued changes; more are lost and counted."""
 MOST_ASKED = 1_000
 """Commands that wait for the program."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Change:
-    """What the program did: steps of a machine, and all machines after them."""
+    """Steps of a machine in the program, and all machines after them."""
 
     now: int
     machine: int
@@ -41,7 +40,7 @@ class _Change:
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
+class _Request:
     """A command of a client: an event, or a value for an input (``place``)."""
 
     machine: int
@@ -54,8 +53,8 @@ class ProgramSource:
     """A `Followed` source: a session of a program.
 
     Args:
-        session: What is looked at; it is used in the thread of the program alone.
-        can: ``post`` and ``set``, if clients may command; the program calls `obey`.
+        session: The session to show; only the program's thread uses it.
+        can: ``post`` and ``set``, if clients may command; the program then calls `obey`.
 
     """
 
@@ -66,9 +65,9 @@ class ProgramSource:
         self.can = can
         self.system = system_of(session.chart) if isinstance(session, Session) else session.system
         self._simulation = Simulation(self.system)
-        self._teller = Teller(self._simulation)
+        self._encoder = MessageEncoder(self._simulation)
         self._waiting: deque[_Change] = deque()
-        self._asked: deque[_Asked] = deque()
+        self._asked: deque[_Request] = deque()
         self._lost = 0
         self._moment = replace(
             self._simulation.begin(), now=session.now, snapshots=_snapshots(session)
@@ -81,7 +80,7 @@ class ProgramSource:
     # --- in the thread of the program ----------------------------------------------------------
 
     def _observe(self, machine: int, steps: tuple[Macrostep, ...]) -> None:
-        """Keep what the program did; never wait."""
+        """Append a change of the program to the queue, without waiting."""
         if len(self._waiting) >= MOST_WAITING:
             self._lost += 1
             return
@@ -89,9 +88,9 @@ class ProgramSource:
         self._waiting.append(change)
 
     def obey(self) -> int:
-        """Do what clients asked for since the last call; return how many commands that were.
+        """Execute the commands of clients since the last call; return their number.
 
-        An event that finds no room is dropped.
+        An event for a full queue is dropped.
         """
         count = 0
         while self._asked:
@@ -99,7 +98,7 @@ class ProgramSource:
             self._do(asked)
         return count
 
-    def _do(self, asked: _Asked) -> None:
+    def _do(self, asked: _Request) -> None:
         if isinstance(self._session, Session):
             if asked.occurrence is None:
                 self._session.drive(asked.place, asked.value)
@@ -115,7 +114,7 @@ class ProgramSource:
     # --- as the hub sees it --------------------------------------------------------------------
 
     def receive(self) -> Sequence[Entry]:
-        """Return what the program did since the last call."""
+        """Return the entries since the last call."""
         found: list[Entry] = []
         while self._waiting:
             found += self._entries(self._waiting.popleft())
@@ -127,13 +126,13 @@ class ProgramSource:
 
     def post(self, machine: int, occurrence: Occurrence) -> None:
         """Let the program post an event when it calls `obey`."""
-        self._ask(_Asked(machine, occurrence))
+        self._enqueue(_Request(machine, occurrence))
 
     def set_input(self, machine: int, place: int, value: Value) -> None:
         """Let the program set an input when it calls `obey`."""
-        self._ask(_Asked(machine, None, place, value))
+        self._enqueue(_Request(machine, None, place, value))
 
-    def _ask(self, asked: _Asked) -> None:
+    def _enqueue(self, asked: _Request) -> None:
         if len(self._asked) >= MOST_ASKED:
             raise wrong(
                 f"{MOST_ASKED:,} commands wait for the program", "does it call `obey` in its loop?"
@@ -166,15 +165,15 @@ class ProgramSource:
             self._moment = replace(self._moment, to_start=to_start)
         for number, step in enumerate(change.steps, 1):
             is_last = number == len(change.steps)
-            moment, passed = self._simulation.pass_on(self._after(machine, step), machine, (step,))
-            driven: tuple[Driven, ...] = ()
+            moment, passed = self._simulation.deliver(self._after(machine, step), machine, (step,))
+            driven: tuple[InputChange, ...] = ()
             if is_last:
                 moment, driven = self._simulation.drive(moment, machine, before)
                 to_start = self._moment.to_start
                 moment = replace(whole, to_start=to_start)
             self._moment = moment
-            stepped = Stepped(machine, step, passed, driven)
-            yield Entry(moment, tuple(self._teller.step(0, moment, stepped)), stepped)
+            stepped = SimulationStep(machine, step, passed, driven)
+            yield Entry(moment, tuple(self._encoder.step(0, moment, stepped)), stepped)
 
     def _after(self, machine: int, step: Macrostep) -> Moment:
         snapshots = list(self._moment.snapshots)
@@ -182,7 +181,7 @@ class ProgramSource:
         return replace(self._moment, now=step.at, snapshots=tuple(snapshots))
 
     def _changed(self, change: _Change) -> Iterator[AnyMessage]:
-        """Yield what changed without a step: an event that came, an input; else the machine."""
+        """Yield a change without a step: a posted event or an input; else the machine's state."""
         machine = change.machine
         chart, name = self._simulation.charts[machine], self._simulation.names[machine]
         was, now = self._moment.snapshots[machine], change.snapshots[machine]

@@ -1,4 +1,4 @@
-"""A target that tells what it does by records: a board, a program, a file of a trace."""
+"""Follow a target by its trace records: a board, a program, or a file of a trace."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import islice
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.inspector.simulation import Moment, Stepped
+from fsmkit.inspector.simulation import Moment, SimulationStep
 from fsmkit.inspector.sources import Entry
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter import Macrostep, Occurrence, Snapshot, initial
@@ -35,18 +35,18 @@ from fsmkit.system.machine import Machine
 from fsmkit.system.system import System
 
 MOST_AT_ONCE = 100
-"""Entries that are made at once."""
+"""Maximum number of entries per call."""
 PARTED = "replay-parts"
-"""Where a `Lost` says that the interpreter does something else than the target."""
+"""Value of `Lost.where` for a divergence of interpreter and target."""
 
 
-class Telling:
-    """What a trace means, as entries of the protocol `fsmkit.live`.
+class TraceEncoder:
+    """Converts a trace to entries of the protocol `fsmkit.live`.
 
     Args:
-        system: The machines that are traced.
-        numbering_of: The numbering of the chart of an instance, once it is known.
-        grows: A machine that the system does not have is added to it.
+        system: The traced machines.
+        numbering_of: The numbering of an instance's chart, once it is known.
+        grows: Whether unknown machines are added to the system.
 
     """
 
@@ -63,17 +63,18 @@ class Telling:
         self._machines: dict[int, int] = {}
         """By instance: the machine of the system."""
         self._snapshots: list[Snapshot | None] = [None for _ in system.machines]
-        """Those of which all is known."""
+        """Machines with known data."""
         self._states: list[Snapshot | None] = [None for _ in system.machines]
         """The states, where no more is known."""
         self._invoked: dict[tuple[int, int], Snapshot] = {}
         self.parted: list[str] = []
-        """What the interpreter did otherwise than the target."""
+        """Divergences of the interpreter and the target."""
 
     def machine_of(self, instance: int) -> int | None:
-        """Return the machine of an instance, None if the system has none left of its chart.
+        """Return the machine of an instance, or None if no machine of its chart is free.
 
-        It is that of the number of the instance, if that has its chart, else the first that has.
+        It is the machine with the number of the instance if the chart matches, else the first
+        match.
         """
         numbering = self._numbering_of(instance)
         if instance not in self._machines and numbering is not None:
@@ -107,7 +108,7 @@ class Telling:
         return len(machines) - 1
 
     def entry(self, told: Followed) -> Entry | None:
-        """Return what a client is told; None for what no machine of the system did."""
+        """Return the entry of a trace item; None if no machine of the system is concerned."""
         if isinstance(told, Missing):
             self._snapshots = [None for _ in self._snapshots]
             self._states = [None for _ in self._states]
@@ -122,7 +123,7 @@ class Telling:
                 found: list[AnyMessage] = [step_of(chart, name, 0, done)]
                 if isinstance(done.event, Start):  # nothing was known before
                     found.append(state_of(chart, name, 0, done.after, at))
-                return Entry(self._moment(at), tuple(found), Stepped(machine, done, (), ()))
+                return Entry(self._moment(at), tuple(found), SimulationStep(machine, done, (), ()))
             case ReplayedStep(at, _, done, False, inner):
                 return self._moved(machine, done, at, inner)
             case CompleteState(at, _, snapshot, is_known, invoked):
@@ -161,7 +162,7 @@ class Telling:
             self._invoked[machine, number] = snapshot
 
     def _moment(self, at: int) -> Moment | None:
-        """Return the system, if all is known of it; a machine that told nothing has not begun."""
+        """Return the system if it is fully known; a machine without records has not started."""
         told = set(self._machines.values())
         snapshots = []
         for place, machine in enumerate(self.system.machines):
@@ -173,7 +174,7 @@ class Telling:
         return Moment(at, tuple(snapshots), (1,) * count, ({},) * count)
 
     def _moved(self, machine: int, done: Macrostep, at: int, inner: int) -> Entry:
-        """Tell what happened to the states of a machine whose data are not known."""
+        """Return the entry of a state change of a machine with unknown data."""
         self._snapshots[machine] = None
         if inner:
             self._put(machine, inner, done.after)
@@ -230,37 +231,37 @@ class Telling:
 
 
 class Traced:
-    """A `Followed` whose entries come from a trace."""
+    """A `Followed` source of trace records."""
 
     time = "live"
     can: frozenset[str] = frozenset()
 
     def __init__(self, system: System, reader: Reader, *, ends: bool = False) -> None:
-        """Follow a reader; ``ends``: where its source ends nothing more can come."""
+        """Follow a reader; ``ends``: the end of its source is final."""
         self.system = system
         self.begin: Moment | None = None
         self._reader = reader
         self._ends = ends
         self._coming: Iterator[Followed] = iter(())
-        self.telling = Telling(system, reader.stream.of.get)
+        self.encoder = TraceEncoder(system, reader.stream.of.get)
 
     def receive(self) -> Sequence[Entry]:
-        """Return what has come, of a flood a part: the interpreter takes its time."""
+        """Return the entries that have arrived; a large number is returned in parts."""
         told = list(islice(self._coming, MOST_AT_ONCE))
         if not told:
             self._coming = self._reader.followed()
             told = list(islice(self._coming, MOST_AT_ONCE))
         if not told and self._reader.is_over and self._ends:
             raise ended("the target closed the trace")
-        found = (self.telling.entry(each) for each in told)
+        found = (self.encoder.entry(each) for each in told)
         return [entry for entry in found if entry is not None]
 
     def post(self, machine: int, occurrence: Occurrence) -> None:
-        """Refuse: records go one way."""
+        """Reject the event: records are sent in one direction."""
         raise _one_way(machine, occurrence)
 
     def set_input(self, machine: int, place: int, value: Value) -> None:
-        """Refuse: records go one way."""
+        """Reject the input: records are sent in one direction."""
         raise _one_way(machine, place, value)
 
     def signals(self) -> Mapping[str, float]:
@@ -275,8 +276,8 @@ class Traced:
 def _one_way(*refused: object) -> FsmkitError:
     del refused
     return fail(
-        "wrong-command", "a trace goes one way: nothing can be sent to its target",
-        help="begin a branch here (`fork`): it goes on in the interpreter",
+        "wrong-command", "a trace is sent in one direction: its target cannot receive commands",
+        help="start a branch here (`fork`), which runs in the interpreter",
     )  # fmt: skip
 
 

@@ -13,8 +13,8 @@ from typing import Any
 import fsmkit
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
-from fsmkit.inspector.as_messages import Teller
-from fsmkit.inspector.simulation import Moment, Passed, Simulation, Stepped
+from fsmkit.inspector.as_messages import MessageEncoder
+from fsmkit.inspector.simulation import Delivery, Moment, Simulation, SimulationStep
 from fsmkit.inspector.sources import Entry, ended
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter import initial
@@ -64,7 +64,7 @@ class Cell:
     def __init__(self, drive: Drive) -> None:
         self.drive = drive
         self.system = system_of(drive.options.ring)
-        self._teller = Teller(Simulation(self.system))
+        self._encoder = MessageEncoder(Simulation(self.system))
         self._charts: dict[str, Chart] = {m.name: m.chart for m in self.system.machines}
         self._places = {name: number for number, name in enumerate(self._charts)}
         self._snapshots = [initial(machine.chart) for machine in self.system.machines]
@@ -215,9 +215,9 @@ class Cell:
 
     def _macrostep(self, place: int, macrostep: Macrostep, after: Snapshot) -> Entry:
         self._snapshots[place] = after
-        stepped = Stepped(place, macrostep, tuple(self._passed(place, macrostep)), ())
+        stepped = SimulationStep(place, macrostep, tuple(self._passed(place, macrostep)), ())
         moment = self._moment()
-        told: list[AnyMessage] = self._teller.step(0, moment, stepped)
+        told: list[AnyMessage] = self._encoder.step(0, moment, stepped)
         changed = self._inputs_of(place, macrostep)
         if changed is not None:
             told.append(changed)
@@ -231,7 +231,7 @@ class Cell:
         self._told_inputs[place] = inputs
         return Set(m=machine.name, n=0, at=macrostep.at, inputs=changed) if changed else None
 
-    def _passed(self, source: int, macrostep: Macrostep) -> Iterator[Passed]:
+    def _passed(self, source: int, macrostep: Macrostep) -> Iterator[Delivery]:
         """Yield what goes to other machines; it is in their logs when it has come."""
         for effect in macrostep.effects:
             if not isinstance(effect, Emitted):
@@ -240,7 +240,7 @@ class Cell:
             for link in self.system.event_links:
                 if (link.source, link.port) == (source, event):
                     sent = Occurrence(link.event, tuple(values[n] for n in link.arguments))
-                    yield Passed(link, sent, has_room=True)
+                    yield Delivery(link, sent, has_room=True)
 
     def _board_entry(self, board: str) -> Entry:
         """Return that a board began or ended: its machines have not started."""
@@ -248,7 +248,7 @@ class Cell:
             self._snapshots[self._places[name]] = initial(self._charts[name])
             self._told_inputs[self._places[name]] = self._snapshots[self._places[name]].inputs
         moment = self._moment()
-        states = {state.m: state for state in self._teller.states(0, moment)}
+        states = {state.m: state for state in self._encoder.states(0, moment)}
         return Entry(moment, tuple(states[name] for name in ON_BOARD[board]))
 
     def _leaves_entry(self, numbers: Sequence[int]) -> Entry:

@@ -59,7 +59,7 @@ def test_the_client_goes_through_every_request(gate: Path, tmp_path: Path) -> No
         "stepBack": ["step", "open, closed -> opening"],
         "stepIn": ["step", "microstep: after T_OPEN (4s), transition 2, opening -> wide"],
         "stepOut": ["step", "after T_OPEN (4s), opening -> wide"],
-        "next": ["step", "nothing is due: post an event"],
+        "next": ["step", "no timer is armed: post an event"],
         "reverseContinue": ["step", "not started"],
         "restartFrame": ["restart", "not started"],
         "live": "http://127.0.0.1",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fsmkit.inspector.dap import framing
 from fsmkit.inspector.dap.adapter import OF_ADAPTER, OF_INSPECTION, OF_SESSION, Adapter
-from fsmkit.inspector.dap.framing import BrokenFrameError, Frames, frame, unpacked
+from fsmkit.inspector.dap.framing import BrokenFrameError, Frames, decode_body, frame
 from tests.inspector.dap.editor import Editor, Json
 
 VALUES: st.SearchStrategy[Any] = st.recursive(
@@ -28,7 +28,7 @@ def test_messages_come_through_in_any_pieces(messages: list[Json], size: int) ->
     assert text.isascii()
     frames = Frames()
     pieces = [text[start : start + size] for start in range(0, len(text), size)]
-    assert [unpacked(body) for piece in pieces for body in frames.feed(piece)] == messages
+    assert [decode_body(body) for piece in pieces for body in frames.feed(piece)] == messages
 
 
 @pytest.mark.parametrize(

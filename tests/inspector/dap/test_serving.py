@@ -184,7 +184,7 @@ def test_an_editor_joins_a_session_that_is_served(gate: Path) -> None:
         assert editor.get("attach")["success"]
         assert editor.get("threads")["body"]["threads"][0]["name"] == "Gate"
         answer = editor.get("evaluate", expression="open", context="repl")
-        assert "only looked at" in answer["message"]
+        assert "read-only" in answer["message"]
         editor.close()
 
 

@@ -134,7 +134,7 @@ def test_requests_come_in_their_order(gate: Path) -> None:
     assert "there is no request" in editor.refused("foo")["message"]
     assert "names no program" in editor.refused("launch")["message"]
     editor.get("launch", program=str(gate))
-    assert "begun already" in editor.refused("launch", program=str(gate))["message"]
+    assert "already started" in editor.refused("launch", program=str(gate))["message"]
 
 
 def test_a_chart_that_cannot_be_read_is_refused_with_all_findings(tmp_path: Path) -> None:
@@ -192,7 +192,7 @@ def test_forward_and_back(editor: Editor) -> None:
     assert editor.values("Timers") == {"after T_OPEN (4s) of opening": "at 4s, in 4s"}
     assert editor.stop("next")["description"] == "after T_OPEN (4s), opening -> wide"
     assert editor.values("Data") == {"count": "1", "fault_code": "none"}
-    assert editor.stop("next")["description"] == "nothing is due: post an event"
+    assert editor.stop("next")["description"] == "no timer is armed: post an event"
     assert editor.stop("stepBack")["description"] == "open, closed -> opening"
     assert editor.values("Data") == {"count": "0", "fault_code": "none"}
     assert editor.stop("next")["reason"] == "step"
@@ -298,7 +298,7 @@ def test_a_session_that_runs_is_joined(gate: Path) -> None:
     editor.get("attach")
     editor.get("configurationDone")
     assert editor.stack()[0].startswith("closed")
-    assert "only looked at" in editor.refused("next", threadId=1)["message"]
+    assert "read-only" in editor.refused("next", threadId=1)["message"]
     assert editor.adapter.hub is None
 
 
@@ -340,7 +340,7 @@ def test_what_runs_elsewhere_is_followed_and_never_stopped(gate: Path) -> None:
     (stopped,) = editor.events("stopped")
     assert (stopped["reason"], editor.frames()[0]["name"]) == ("function breakpoint", "wide")
     assert (
-        "takes no `post`"
+        "does not accept `post`"
         in editor.refused("evaluate", expression="open", context="repl")["message"]
     )
     assert editor.stop("stepBack")["reason"] == "step"

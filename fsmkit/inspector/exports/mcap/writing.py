@@ -35,7 +35,7 @@ WARNING, INFO = 3, 2
 
 
 def write(messages: Iterable[AnyMessage], out: BinaryIO) -> None:
-    """Write messages as they come."""
+    """Write messages as they arrive."""
     try:
         from mcap.writer import Writer
     except ImportError as error:
@@ -50,7 +50,7 @@ def write(messages: Iterable[AnyMessage], out: BinaryIO) -> None:
 
 
 class _Channels:
-    """Channels, made when they are used first."""
+    """Channels, created at their first use."""
 
     def __init__(self, writer: Any) -> None:
         self._writer = writer
@@ -111,7 +111,7 @@ def _put(channels: _Channels, scene: Scene, one: AnyMessage) -> None:
 
 
 def _plain(rows: Iterable[list[Any]]) -> list[list[Any]]:
-    """Return rows as JSON has them: what an invoked machine did is named only."""
+    """Return rows as JSON; steps of invoked machines are reduced to their names."""
     return [[part if _is_json(part) else "..." for part in row] for row in rows]
 
 

@@ -14,13 +14,13 @@ from fsmkit.inspector.exports import Scene, missing
 from fsmkit.runtime.live.messages import AnyMessage, Lost, Pass, State, Step
 
 SEQUENCE = 1
-"""Of packets: there is one writer."""
+"""The only writer of the packets."""
 MONOTONIC = 3
 """``BUILTIN_CLOCK_MONOTONIC``."""
 
 
 def write(messages: Iterable[AnyMessage], out: BinaryIO) -> None:
-    """Write messages as they come: a trace is packets, one after another."""
+    """Write messages as they arrive; a trace is a sequence of packets."""
     try:
         from perfetto.protos.perfetto.trace import perfetto_trace_pb2 as protos
     except ImportError as error:
@@ -67,7 +67,7 @@ class _Tracks:
                 pass
 
     def end(self) -> None:
-        """Close what is open."""
+        """Close all open slices."""
         self._close("")
 
     def _step(self, one: Step) -> None:

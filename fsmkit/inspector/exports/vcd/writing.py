@@ -55,7 +55,7 @@ def plain(name: str) -> str:
 
 
 def _own(path: tuple[str, ...], taken: set[tuple[str, ...]]) -> str:
-    """Return the last of a path, with a number where another has it already; it is taken then."""
+    """Return the last element of a path, made unique by a number, and reserve it."""
     *above, name = path
     number, own = 1, name
     while (*above, own) in taken:
@@ -66,7 +66,7 @@ def _own(path: tuple[str, ...], taken: set[tuple[str, ...]]) -> str:
 
 
 def _start(of: str) -> object:
-    """Return what stands for a value that is not known."""
+    """Return the representation of an unknown value."""
     return 0.0 if of == "real" else "x"
 
 
