@@ -7,6 +7,7 @@
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
 # make verify the Production Cell proved: all systems, properties and seeded defects
 # make site   the documentation as a site in build/site, by Sphinx
+# make release  wheel, source distribution, site and VS Code extension, each tried in a clean environment
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
 # Both set up .venv by themselves; nothing is installed outside the project.
 
@@ -15,7 +16,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: site digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
+.PHONY: site release digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 # Without compiled modules, every worker and every program of a test compiles the package and the
 # tests anew: 10 s of a processor for each worker.
@@ -101,6 +102,12 @@ sizes: $(VENV)/ready
 # Bytes of stack below each generated machine, over its call graph.
 stack: $(VENV)/ready
 	@$(BIN)/python -m tests.codegen.c.stack
+
+# What a release publishes, in build/release: wheel, source distribution, site, VS Code extension; each
+# is tried in a clean environment. Needs npm.
+release: $(VENV)/ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs,release]'
+	$(BIN)/python -m devtools.release build/release
 
 lint: $(VENV)/ready
 	$(BIN)/ruff check .
