@@ -101,9 +101,10 @@ def _try_page(command: Sequence[str], folder: Path, environment: dict[str, str])
             text = ""
             for line in server.stdout or ():
                 text += line
-                if line.rstrip() == "}":
+                if line == "}\n":
                     break
-            with urllib.request.urlopen(json.loads(text)["address"], timeout=60) as page:  # noqa: S310
+            address = json.loads(text)["address"]
+            with urllib.request.urlopen(address, timeout=60) as page:  # noqa: S310
                 if b"<html" not in page.read():
                     raise ReleaseError("`fsmkit serve` sends no page")
         finally:
@@ -128,7 +129,7 @@ def build_extension(out: Path) -> None:
 
 
 def _run(command: Sequence[str], folder: Path, environment: dict[str, str] | None = None) -> str:
-    """Run a command; return its output, or raise `ReleaseError` with all that it printed."""
+    """Run a command; return its output, or raise `ReleaseError` with its output."""
     done = subprocess.run(
         command, cwd=folder, env=environment, check=False, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -135,8 +135,9 @@ def progress(description: str, *, is_quiet: bool) -> Iterator[Callable[[str], No
 
 
 def print_json(document: object) -> None:
-    """Print one JSON document on standard output."""
+    """Print one JSON document on standard output, for a reader that may wait for it in a pipe."""
     sys.stdout.write(json_text(document))
+    sys.stdout.flush()
 
 
 def interrupted() -> int:
