@@ -238,6 +238,21 @@ def operations(count: int) -> Sized:
     return Sized(_chart(rows, head=head.replace("(x 0..9)", '"', 0)), _posts("go"))
 
 
+def parameters(count: int) -> Sized:
+    """Return a chart with an operation and a function of many parameters; both are called."""
+    listed = ", ".join(f"x{n} 0..3" for n in range(count))
+    values = ", ".join(["1"] * (count - 1) + ["2"])
+    head = (
+        f'operations: ["op({listed})"]\n'
+        f'functions:\n  ? "last_of({listed}) -> 0..3"\n  : x{count - 1}\n'
+    )
+    rows = (
+        f'  s0: {{on: {{go: {{do: "op({values})", target: b}}}}}}\n'
+        f'  b: {{on: {{go: {{if: "last_of({values}) == 2", target: last}}}}}}\n'
+    )
+    return Sized(_chart(rows, head=head), _posts("go", "go"))
+
+
 def functions(count: int) -> Sized:
     """Return a chart of many functions; the last one is called."""
     listed = "".join(f"  f{n}(x 0..9) -> 0..99: x + {n % 50}\n" for n in range(count))
@@ -447,8 +462,8 @@ def nested_copies(count: int) -> Sized:
 COUNTED: tuple[Callable[[int], Sized], ...] = (
     states, regions, histories, timers, timed_states, microsteps, queued, deferred, raised, delayed,
     events, fields, record_fields, members, data, inputs, constants, functions, strings, elements,
-    transitions, operations, terms, statements, copies, invocations, machines, connections,
-    levels, properties,
+    transitions, operations, parameters, terms, statements, copies, invocations, machines,
+    connections, levels, properties,
 )  # fmt: skip
 NESTED: tuple[Callable[[int], Sized], ...] = (
     nested_states, nested_brackets, nested_choices, negations, nested_statements, nested_copies,

@@ -23,8 +23,10 @@ from fsmkit.plan.image import head, image_of, sealed
 from fsmkit.testing.harness.harness import INTERPRETER
 
 TARGETS = ("python", "javascript", "c-sanitized", "c-size-sanitized")
-BATCH = 100
-"""Snapshots whose traces are kept at a time: a trace has thousands of lines for each."""
+BATCHES = (10, 400)
+"""Snapshots that are compared at a time: at first, and at most."""
+LINES = 500_000
+"""Lines of a trace kept at a time: a chart may write ten thousands for each snapshot."""
 CRC = 4
 LARGEST = 255
 
@@ -82,9 +84,11 @@ def run_chart(seed: int, number: int, each: int, targets: Sequence[str]) -> Tota
     draw = random.Random(f"{seed}:{number}")  # noqa: S311  (no secret)
     drawn = scripts(draw, case, each)
     totals = Totals()
-    while batch := list(islice(drawn, BATCH)):
+    size, most = BATCHES
+    while batch := list(islice(drawn, size)):
         part = replace(case, script=tuple(line for script in batch for line in script))
         expected = INTERPRETER.run(part.chart, part.script)
+        size = max(1, min(most, LINES * len(batch) // len(expected)))
         totals.tried += len(batch)
         totals.accepted += len(batch) - expected.count("not restored")
         for name in targets:

@@ -20,7 +20,7 @@ from fsmkit.chart.ecmascript.lower import lower_ecmascript
 from fsmkit.chart.ecmascript.spread_objects import spread_objects
 from fsmkit.chart.ecmascript.spread_params import spread_params
 from fsmkit.chart.inheritance.resolve import resolve_inheritance
-from fsmkit.chart.limits import check_limits, check_states
+from fsmkit.chart.limits import check_document, check_limits
 from fsmkit.chart.passes.as_globals import as_globals
 from fsmkit.chart.passes.bind_late import bind_late, name_sends
 from fsmkit.chart.passes.build_chart import build_chart, context_of
@@ -125,7 +125,7 @@ def _elaborate(
             return None
         known = scope.constants
     tree = number_states(document, findings)
-    if not check_states(len(tree.nodes) - 1, document.root.span, findings):
+    if not check_document(document, [node.state for node in tree.nodes], findings):
         return None
     check_nesting(tree, findings, is_loose=document.datamodel != "fsmkit")
     report_unsupported(tree, findings, strict=strict)

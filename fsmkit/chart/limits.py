@@ -6,20 +6,26 @@ be compiled. Generated C and saved machines (`fsmkit.plan.image`) count in the w
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Send
 from fsmkit.chart.walk import charts_within, own_nodes
 from fsmkit.diagnostics import Findings, Span
-from fsmkit.document.document import Kind
+from fsmkit.document.document import DocState, Document, Kind
 from fsmkit.language import Literal
 
 MOST_STATES = 65_534
 """States without the root: two bytes count them with the root, and 65,535 is no state."""
 MOST_EVENTS = 65_000
 """Events: two bytes, with room for the numbers that mean something else."""
-MOST_DECLARED = 65_535
-"""Variables, operations, fields, transitions ..., each kind counted separately: two bytes."""
+MOST_DECLARED = 16_384
+"""Variables, constants, operations, members ..., each kind counted separately."""
+MOST_FIELDS = 1_023
+"""Fields of an event or a record, and parameters: as many members as each C compiler allows."""
+MOST_NUMBERED = 65_535
+"""Transitions, strings and recorded regions, each kind counted separately: two bytes."""
 MOST_QUEUED = 250
 """Events in a queue, and delayed sends: one byte."""
 MOST_TIMERS = 255
@@ -38,10 +44,42 @@ CAPACITIES = {
 SPLIT = "split the chart into several machines"
 
 
-def check_states(count: int, at: Span, findings: Findings) -> bool:
-    """Return whether runtimes can number so many states, the root not counted; report it if not."""
-    _check(count, MOST_STATES, "states", at, findings)
-    return count <= MOST_STATES
+def check_document(document: Document, states: Sequence[DocState], findings: Findings) -> bool:
+    """Return whether a document has no more of anything than allowed; report what is too much.
+
+    ``states``: all states, the root first. The names of events and the content of copies are
+    counted later, by `check_limits`. This comes before any type is read, so that a large file is
+    rejected soon.
+    """
+    at = document.root.span
+    data = len(document.data) + sum(len(state.data) for state in states)
+    transitions = sum(len(state.transitions) for state in states)
+    invocations = sum(len(state.invokes) for state in states)
+    members = max((len(each.members) for each in document.types), default=0)
+    is_small = True
+    for what, count, most in (
+        ("states", len(states) - 1, MOST_STATES),
+        ("transitions", transitions, MOST_NUMBERED),
+        ("variables under `data`", data, MOST_DECLARED),
+        ("inputs", len(document.inputs), MOST_DECLARED),
+        ("outputs", len(document.outputs), MOST_DECLARED),
+        ("constants", len(document.constants), MOST_DECLARED),
+        ("types", len(document.types), MOST_DECLARED),
+        ("members of an enumeration", members, MOST_DECLARED),
+        ("operations", len(document.operations), MOST_DECLARED),
+        ("functions", len(document.functions), MOST_DECLARED),
+        ("properties", len(document.properties), MOST_DECLARED),
+        ("invocations", invocations, MOST_DECLARED),
+    ):
+        is_small &= _check(count, most, what, at, findings)
+    for what, lists in (
+        ("fields of an event", (each.fields for each in document.events)),
+        ("fields of a record", (each.fields for each in document.types)),
+        ("parameters of an operation", (each.parameters for each in document.operations)),
+        ("parameters of a function", (each.parameters for each in document.functions)),
+    ):
+        is_small &= _check(max(map(len, lists), default=0), MOST_FIELDS, what, at, findings)
+    return is_small
 
 
 def check_limits(chart: Chart, findings: Findings) -> None:
@@ -52,18 +90,19 @@ def check_limits(chart: Chart, findings: Findings) -> None:
     """
     at = chart.root.span
     _check(len(chart.events), MOST_EVENTS, "events", at, findings)
-    for what, count in (
-        ("variables under `data`", len(chart.data)),
-        ("inputs", len(chart.inputs)),
-        ("outputs", len(chart.outputs)),
-        ("operations", len(chart.operations)),
-        ("fields of an event", max((len(event.fields) for event in chart.events), default=0)),
-        ("transitions", len(chart.transitions)),
-        ("strings and names of events", _strings(chart)),
-        ("regions and regions recorded by histories", _numbers(chart)),
-        ("invoked machines of all levels", sum(1 for _ in charts_within(chart)) - 1),
+    fields = max((len(event.fields) for event in chart.events), default=0)
+    for what, count, most in (
+        ("variables under `data`", len(chart.data), MOST_DECLARED),
+        ("inputs", len(chart.inputs), MOST_DECLARED),
+        ("outputs", len(chart.outputs), MOST_DECLARED),
+        ("operations", len(chart.operations), MOST_DECLARED),
+        ("fields of an event", fields, MOST_FIELDS),
+        ("transitions", len(chart.transitions), MOST_NUMBERED),
+        ("strings and names of events", _strings(chart), MOST_NUMBERED),
+        ("regions and regions recorded by histories", _numbers(chart), MOST_NUMBERED),
+        ("invoked machines of all levels", sum(1 for _ in charts_within(chart)) - 1, MOST_DECLARED),
     ):
-        _check(count, MOST_DECLARED, what, at, findings)
+        _check(count, most, what, at, findings)
     for name, (_, most) in CAPACITIES.items():
         count = getattr(chart.capacities, name)
         if count > most:
@@ -100,7 +139,7 @@ def _strings(chart: Chart) -> int:
 
     It is 0 where the sources are too short to have too many.
     """
-    if sum(len(source.text) for source in chart.sources) <= MOST_DECLARED:
+    if sum(len(source.text) for source in chart.sources) <= MOST_NUMBERED:
         return 0
     nodes = (node for node in own_nodes(chart) if isinstance(node, Literal))
     found = {node.value for node in nodes if isinstance(node.value, str)}
@@ -125,7 +164,8 @@ def _numbers(chart: Chart) -> int:
     return count
 
 
-def _check(count: int, most: int, what: str, at: Span, findings: Findings) -> None:
+def _check(count: int, most: int, what: str, at: Span, findings: Findings) -> bool:
+    """Return whether a count is within its limit; report it if not."""
     if count > most:
         findings.add(
             "too-large",
@@ -133,3 +173,4 @@ def _check(count: int, most: int, what: str, at: Span, findings: Findings) -> No
             at,
             help=SPLIT,
         )
+    return count <= most

@@ -149,8 +149,8 @@ def _place(node: Node, key: Text | None) -> Span:
     """Return the first line of a transition, from its event or delay on if that stands there."""
     start = node.span.start
     text = node.span.source.text
-    if key is not None and "\n" not in text[key.span.start : start]:
+    if key is not None and text.find("\n", key.span.start, start) < 0:
         start = key.span.start
-    line_end = text.find("\n", start)
-    end = node.span.end if line_end < 0 else min(node.span.end, line_end)
+    line_end = text.find("\n", start, node.span.end)
+    end = node.span.end if line_end < 0 else line_end
     return Span(node.span.source, start, start + len(text[start:end].rstrip()))

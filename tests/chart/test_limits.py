@@ -12,24 +12,34 @@ from fsmkit.chart.loading import load
 from fsmkit.diagnostics import FsmkitError
 
 LARGEST = {
-    "data": 60,
-    "inputs": 60,
-    "operations": 60,
-    "fields": 60,
-    "strings": 55,  # with the empty string and the names of four events
-    "transitions": 59,  # with the initial one
+    "data": ("DECLARED", 60),
+    "inputs": ("DECLARED", 60),
+    "constants": ("DECLARED", 60),
+    "members": ("DECLARED", 60),
+    "operations": ("DECLARED", 60),
+    "functions": ("DECLARED", 60),
+    "properties": ("DECLARED", 60),
+    "invocations": ("DECLARED", 60),
+    "fields": ("FIELDS", 60),
+    "record_fields": ("FIELDS", 60),
+    "parameters": ("FIELDS", 60),
+    "states": ("STATES", 60),
+    "events": ("EVENTS", 57),  # with those of errors
+    "strings": ("NUMBERED", 55),  # with the empty string and the names of four events
+    "transitions": ("NUMBERED", 59),  # with the initial one
 }
-"""The size of each counted thing that has 60 of what is limited."""
+"""The limit of each counted thing, and the size that has 60 of what is limited."""
 
 
 @pytest.mark.parametrize("kind", LARGEST)
 def test_one_more_than_the_limit_is_rejected(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(limits, "MOST_DECLARED", 60)
-    load(BY_NAME[kind](LARGEST[kind]).write(tmp_path))
+    limit, size = LARGEST[kind]
+    monkeypatch.setattr(limits, f"MOST_{limit}", 60)
+    load(BY_NAME[kind](size).write(tmp_path))
     with pytest.raises(FsmkitError, match="too-large") as caught:
-        load(BY_NAME[kind](LARGEST[kind] + 1).write(tmp_path))
+        load(BY_NAME[kind](size + 1).write(tmp_path))
     assert "there are 61 " in str(caught.value)
     assert "but at most 60 are allowed" in str(caught.value)
 
@@ -46,7 +56,7 @@ def recorded(histories: int, regions: int) -> str:
 
 def test_what_histories_record_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "deep.yaml"
-    monkeypatch.setattr(limits, "MOST_DECLARED", 5 + 1 + 6 * (5 + 1))
+    monkeypatch.setattr(limits, "MOST_NUMBERED", 5 + 1 + 6 * (5 + 1))
     path.write_text(recorded(6, 5), encoding="utf-8")
     load(path)
     path.write_text(recorded(7, 5), encoding="utf-8")

@@ -47,6 +47,8 @@ MOST_CASES = 64
 
 Fact = tuple[lang.Expr, bool]
 """An atomic condition and whether it holds."""
+Cases = Sequence[tuple[Fact, ...]]
+"""Conjunctions, of which one holds."""
 
 
 def are_exclusive(chart: Chart, first: lang.Expr, second: lang.Expr) -> bool:
@@ -143,12 +145,26 @@ def _possible(a: Range, op: lang.BinaryOp, b: Range) -> bool:
             return HOLDS[op](a[1], b[0])
 
 
-def _exclude(chart: Chart, ones: list[tuple[Fact, ...]], others: list[tuple[Fact, ...]]) -> bool:
+def _exclude(chart: Chart, ones: Cases, others: Cases) -> bool:
     if len(ones) * len(others) > MOST_CASES**2:
         return False
-    possible = [one for one in ones if not _is_contradictory(chart, one)]
-    rivals = [other for other in others if not _is_contradictory(chart, other)]
-    return all(_contradict(chart, one, other) for one in possible for other in rivals)
+    return exclude(chart, _possible_cases(chart, ones), _possible_cases(chart, others))
+
+
+def exclude(chart: Chart, ones: Cases, others: Cases) -> bool:
+    """Return whether each of `possible_cases` contradicts each one of the others."""
+    if len(ones) * len(others) > MOST_CASES**2:
+        return False
+    return all(_contradict(chart, one, other) for one in ones for other in others)
+
+
+def possible_cases(chart: Chart, expr: lang.Expr, *, holds: bool) -> Cases:
+    """Return the `cases` of a condition that do not contradict themselves."""
+    return _possible_cases(chart, cases(expr, holds=holds))
+
+
+def _possible_cases(chart: Chart, found: Cases) -> Cases:
+    return [one for one in found if not _is_contradictory(chart, one)]
 
 
 def cases(expr: lang.Expr, *, holds: bool) -> list[tuple[Fact, ...]]:
