@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import fsmkit.language as lang
-from fsmkit.chart.analysis.effects import can_fail, has_effect
 from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
 from fsmkit.chart.analysis.ranges import Range, raw_range, within
 from fsmkit.chart.forms import by_form
@@ -25,11 +24,13 @@ def lowered(expr: lang.Expr) -> lang.Expr:
 
 
 def known_outcome(expr: lang.Binary) -> bool | None:
-    """Return the outcome of a test that always ends alike; None if it depends or has effects."""
+    """Return the outcome of a test that always ends alike, None if it depends or is no test.
+
+    Operands that can fail or have effects must be evaluated nevertheless.
+    """
     if expr.op in (lang.BinaryOp.AND, lang.BinaryOp.OR):
         return joint_outcome(expr)
-    known = outcome(expr)
-    return None if known is None or has_effect(expr) or can_fail(expr) else known
+    return outcome(expr)
 
 
 def wrapping_bounds(expr: lang.Expr) -> Range | None:

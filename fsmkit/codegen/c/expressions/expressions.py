@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from operator import attrgetter
 
 import fsmkit.language as lang
-from fsmkit.chart.analysis.effects import can_fail, has_effect, needs_order
-from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
+from fsmkit.chart.analysis.effects import can_fail, has_effect, is_inside, needs_order
 from fsmkit.chart.chart import Event
 from fsmkit.codegen.c.expressions.fragments import (
     AND,
@@ -38,9 +38,10 @@ from fsmkit.codegen.c.expressions.types import (
     wrapping,
 )
 from fsmkit.codegen.c.storage import storage
+from fsmkit.plan.values import bounding, known_outcome, lowered
 
 
-class Printer(Operators):
+class Printer(Operators, lang.Walk[Fragment]):
     """Prints the expressions of one block; collects the temporaries it needs.
 
     ``event``: the event at hand if there is just one it can be; ``many``: those it can be.
@@ -50,7 +51,7 @@ class Printer(Operators):
         """Return an expression ready to be stored in a variable of its type."""
         target = type_ if type_ is not None else expr.type
         assert target is not None  # noqa: S101
-        fragment = self.fragment(lang.fold(expr))
+        fragment = self.fragment(lowered(expr))
         if isinstance(target, lang.ArrayType | lang.RecordType):
             return fragment.text
         stored = storage(target, self.names.records).text
@@ -60,7 +61,7 @@ class Printer(Operators):
         """Return an expression as the argument of a function."""
         if not isinstance(type_, lang.EnumType):
             return self.value(expr, type_)
-        folded = lang.fold(expr)
+        folded = lowered(expr)
         fragment = self.fragment(folded)
         if isinstance(folded, lang.Literal):
             return fragment.text
@@ -68,56 +69,37 @@ class Printer(Operators):
 
     def condition(self, expr: lang.Expr) -> str:
         """Return an expression as a condition."""
-        return self.fragment(lang.fold(expr)).text
-
-    def fragment(self, expr: lang.Expr) -> Fragment:
-        """Return an expression as text that can stand inside more text."""
-        match expr:
-            case lang.Literal(value, name=name):
-                found = self.literal(value, expr.type)
-                macro = self.names.constant(name)
-                is_named = macro and found.number is not None
-                return replace(found, name=macro) if is_named else found
-            case lang.Variable(_, type_):
-                return self.loaded(self.place(expr), type_)
-            case lang.EventField(name, type_):
-                return self.loaded(self._event_field(name), type_)
-            case lang.EventType():
-                return Fragment(self._of_event(lambda event: event.type), "int")
-            case lang.EventName():
-                return Fragment(self._of_event(lambda event: event.name), "int")
-            case lang.InState(state):
-                return self.names.in_state(self.machine, state)
-            case lang.Unary():
-                return self._unary(expr)
-            case lang.Binary():
-                return self._binary(expr)
-            case lang.Conditional():
-                return self._conditional(expr)
-            case lang.Element(_, _, type_):
-                return self.loaded(self.place(expr), type_)
-            case lang.Member(_, _, type_):
-                return self.loaded(self.place(expr), type_)
-            case lang.Apply():
-                return self._apply(expr)
-            case lang.Call():
-                return self._call(expr)
-            case lang.CallFunction():
-                return self._call_function(expr)
-            case lang.Checked():
-                return self._checked(expr)
-            case lang.Convert(operand, type_):
-                return self._convert(operand, type_)
-            case lang.Invalid():
-                return Fragment(f"fsm_fails({self.names.failure()})", "bool")
-            case lang.Watched():
-                return self._watched(expr)
-            case lang.Decided():
-                return self._decided(expr)
-            case _:
-                raise AssertionError(expr)
+        return self.fragment(lowered(expr)).text
 
     # --- leaves ---------------------------------------------------------------------------
+
+    def literal(self, expr: lang.Literal) -> Fragment:
+        """Print a constant, by its macro if it is a named number."""
+        found, macro = self.constant(expr.value, expr.type), self.names.constant(expr.name)
+        return replace(found, name=macro) if macro and found.number is not None else found
+
+    def variable(self, expr: lang.Variable | lang.Element | lang.Member) -> Fragment:
+        """Print the value of a variable, of an element or of a field."""
+        return self.loaded(self.place(expr), expr.type)
+
+    element = member = variable
+
+    def event_field(self, expr: lang.EventField) -> Fragment:
+        """Print a field of the current event's payload."""
+        return self.loaded(self._event_field(expr.name), expr.type)
+
+    def event_name(self, expr: lang.EventName) -> Fragment:
+        """Print the number of the current event's name, or of its type."""
+        key = "type" if isinstance(expr, lang.EventType) else "name"
+        return Fragment(self._of_event(attrgetter(key)), "int")
+
+    def in_state(self, expr: lang.InState) -> Fragment:
+        """Print a state test."""
+        return self.names.in_state(self.machine, expr.state)
+
+    def invalid(self, expr: lang.Invalid) -> Fragment:  # noqa: ARG002
+        """Print the failure of an expression that cannot be evaluated."""
+        return Fragment(f"fsm_fails({self.names.failure()})", "bool")
 
     def loaded(self, text: str, type_: lang.Type) -> Fragment:
         """Return a stored value as one to compute with."""
@@ -140,8 +122,8 @@ class Printer(Operators):
             return Fragment(text, ctype)
         return Fragment(f"({ctype}){text}", ctype, PREFIX)
 
-    def literal(self, value: lang.Value, type_: lang.Type) -> Fragment:
-        """Spell a constant."""
+    def constant(self, value: lang.Value, type_: lang.Type) -> Fragment:
+        """Return a constant of a type."""
         match type_:
             case lang.BoolType():
                 return Fragment("true" if value else "false", "bool")
@@ -187,7 +169,7 @@ class Printer(Operators):
     def index(self, index: lang.Expr, length: int) -> str:
         """Return an index, checked unless it cannot be outside."""
         fragment = self.fragment(index)
-        if interval(index.type).lo >= 0 and interval(index.type).hi < length:
+        if is_inside(index, length):
             return fragment.text
         return f"fsm_place({self.names.failure()}, {self.cast(fragment, 'int64_t')}, {length}u)"
 
@@ -222,13 +204,12 @@ class Printer(Operators):
 
     # --- what is counted ------------------------------------------------------------------
 
-    def _watched(self, expr: lang.Watched) -> Fragment:
-        inner = self.fragment(expr.operand).text
-        own = self.names.own
-        return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
-
-    def _decided(self, expr: lang.Decided) -> Fragment:
+    def watched(self, expr: lang.Watched | lang.Decided) -> Fragment:
+        """Print a counted condition, or a counted guard."""
         own, failed = self.names.own, "NULL"
+        if isinstance(expr, lang.Watched):
+            inner = self.fragment(expr.operand).text
+            return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
         if can_fail(expr.operand):
             failed = self.names.failure()
         if expr.noted:
@@ -272,39 +253,40 @@ class Printer(Operators):
 
     # --- operators ------------------------------------------------------------------------
 
-    def _unary(self, expr: lang.Unary) -> Fragment:
+    def prefixed(self, expr: lang.Unary) -> Fragment:
+        """Print an operator of one operand."""
         operand = self.fragment(expr.operand)
         if expr.op is lang.UnaryOp.NOT:
             return Fragment(f"!{operand.at(PREFIX)}", "bool", PREFIX)
         if isinstance(expr.type, lang.FloatType):
-            return Fragment(f"-{apart(self.as_double(operand))}", "double", PREFIX)
+            return Fragment(f"-{apart(operand.at(PREFIX))}", "double", PREFIX)
         assert isinstance(expr.type, lang.IntType)  # noqa: S101
         if expr.type.overflow is lang.Overflow.WRAP:
             ctype = wrapping(expr.type)
-            unsigned = UNSIGNED[ctype]
-            inner = self.as_type(operand, unsigned)
+            inner = self.as_type(operand, UNSIGNED[ctype])
             text = f"0u - {inner}" if expr.op is lang.UnaryOp.NEGATE else f"~{inner}"
-            return self.reduced(Fragment(text, unsigned, SUM), ctype)
+            return self.recast(Fragment(text, UNSIGNED[ctype], SUM), ctype)
         ctype = self.common(expr.type, interval(expr.operand.type))
-        sign = "-" if expr.op is lang.UnaryOp.NEGATE else "~"
-        return Fragment(f"{sign}{apart(self.as_type(operand, ctype))}", ctype, PREFIX)
+        return Fragment(f"{expr.op.value}{apart(self.as_type(operand, ctype))}", ctype, PREFIX)
 
-    def _binary(self, expr: lang.Binary) -> Fragment:
-        op = expr.op
+    def infix(self, expr: lang.Binary) -> Fragment:
+        """Print an operator of two operands; one that is always the same is only evaluated."""
+        op, known = expr.op, known_outcome(expr)
         if op in (lang.BinaryOp.AND, lang.BinaryOp.OR):
-            known = joint_outcome(expr)
             if known is not None:
-                return self.literal(known, lang.BOOL)
+                return self.constant(known, lang.BOOL)
             left, right = self.fragment(expr.left), self.fragment(expr.right)
             if op is lang.BinaryOp.AND and self._is_excluded(expr.right, expr.left):
-                right = self.literal(value=False, type_=lang.BOOL)
+                right = self.constant(value=False, type_=lang.BOOL)
             binds = AND if op is lang.BinaryOp.AND else OR
             # -Wparentheses wants mixed && and || bracketed
             at = COMPARE
             return Fragment(f"{left.at(at)} {op.value} {right.at(at)}", "bool", binds)
-        known = outcome(expr)
-        if known is not None and not has_effect(expr) and not can_fail(expr):
-            return self.literal(known, lang.BOOL)
+        if known is not None:  # compilers warn of such a comparison; its operands may report errors
+            sides = (e for e in (expr.left, expr.right) if can_fail(e) or has_effect(e))
+            evaluated = [f"(void){self.fragment(side).at(PREFIX)}" for side in sides]
+            parts = ", ".join([*evaluated, self.constant(known, lang.BOOL).text])
+            return Fragment(f"({parts})" if evaluated else parts, "bool")
         before, left, right = self._pair(expr.left, expr.right)
         result = self.operator(expr, left, right)
         if before:
@@ -331,11 +313,11 @@ class Printer(Operators):
         one = self.temporary(first)
         return f"{one.text} = {first.text}", one, second
 
-    def _conditional(self, expr: lang.Conditional) -> Fragment:
+    def conditional(self, expr: lang.Conditional) -> Fragment:
+        """Print a choice of two values, both of one C type."""
         test, then, otherwise = map(self.fragment, (expr.test, expr.then, expr.otherwise))
         if isinstance(expr.type, lang.FloatType):
-            ctype = "double"
-            a, b = self.as_double(then), self.as_double(otherwise)
+            ctype, a, b = "double", then.at(PREFIX), otherwise.at(PREFIX)
         elif isinstance(expr.type, lang.BoolType | lang.ArrayType | lang.RecordType):
             ctype = then.ctype
             a, b = then.at(OR), otherwise.at(OR)
@@ -344,11 +326,12 @@ class Printer(Operators):
             a, b = self.as_type(then, ctype), self.as_type(otherwise, ctype)
         return Fragment(f"{test.at(OR)} ? {a} : {b}", ctype, CHOICE)
 
-    def _apply(self, expr: lang.Apply) -> Fragment:
+    def apply(self, expr: lang.Apply) -> Fragment:
+        """Print ``min``, ``max`` or ``abs``, each operand evaluated once."""
         fragments = [self.fragment(argument) for argument in expr.arguments]
         if isinstance(expr.type, lang.FloatType):
             ctype = "double"
-            texts = [self.as_double(fragment) for fragment in fragments]
+            texts = [fragment.at(PREFIX) for fragment in fragments]
         else:
             ctype = self.common(
                 interval(expr.type), *(interval(argument.type) for argument in expr.arguments)
@@ -373,7 +356,8 @@ class Printer(Operators):
             steps.append(current.text)
         return Fragment(f"({', '.join(steps)})", ctype)
 
-    def _call(self, expr: lang.Call) -> Fragment:
+    def call(self, expr: lang.Call) -> Fragment:
+        """Print a call of an operation."""
         operation = self.names.operation(expr.operation)
         before, texts = self.arguments(
             expr.arguments, tuple(field.type for field in operation.parameters)
@@ -388,7 +372,7 @@ class Printer(Operators):
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded
 
-    def _call_function(self, expr: lang.CallFunction) -> Fragment:
+    def call_function(self, expr: lang.CallFunction) -> Fragment:
         """Print a call of a function of the chart: values are passed as they are stored."""
         names, types = self.names, [p.type for p in expr.function.parameters]
         arguments = expr.arguments
@@ -406,7 +390,7 @@ class Printer(Operators):
             return Fragment(f"({', '.join((*before, loaded.text))})", loaded.ctype)
         return loaded
 
-    def _checked(self, expr: lang.Checked) -> Fragment:
+    def checked(self, expr: lang.Checked) -> Fragment:
         """Print a number as a value of a type, with what happens where it is none."""
         fragment = self.fragment(expr.operand)
         if not isinstance(expr.type, lang.EnumType):
@@ -461,32 +445,17 @@ class Printer(Operators):
             texts.append(loaded(type_, place.text, self.names))
         return before, texts
 
-    def _convert(self, operand: lang.Expr, type_: lang.Type) -> Fragment:
-        fragment = self.fragment(operand)
-        match type_:
-            case lang.FloatType(bits):
-                text = self.as_double(fragment)
-                if bits == 32:
-                    return Fragment(f"(double)(float){text}", "double", PREFIX)
-                return Fragment(text, "double", PREFIX)
-            case lang.IntType(lo, hi, overflow):
-                if overflow is lang.Overflow.NEAREST and not isinstance(
-                    operand.type, lang.FloatType
-                ):
-                    of = interval(operand.type)
-                    if lo <= of.lo and of.hi <= hi:
-                        return fragment
-                return self.bounded(fragment, operand.type, lo, hi, overflow)
-            case lang.DurationType():
-                return self.bounded(
-                    fragment, operand.type, 0, lang.LONGEST_DURATION, lang.Overflow.SATURATE
-                )
-            case _:
-                return fragment
+    def convert(self, expr: lang.Convert) -> Fragment:
+        """Print a value converted to a type."""
+        fragment, how = self.fragment(expr.operand), bounding(expr)
+        if isinstance(expr.type, lang.FloatType):
+            single = "(double)(float)" if expr.type.bits == 32 else ""
+            return Fragment(f"{single}{self.as_double(fragment)}", "double", PREFIX)
+        return fragment if how is None else self.bounded(fragment, how)
 
 
 def literal_initializer(value: lang.Value, type_: lang.Type, printer: Printer) -> str:
-    """Spell a start value, for arrays and records with braces."""
+    """Return a start value, for arrays and records with braces."""
     match type_:
         case lang.ArrayType(element):
             assert isinstance(value, tuple)  # noqa: S101
@@ -499,5 +468,5 @@ def literal_initializer(value: lang.Value, type_: lang.Type, printer: Printer) -
             )
             return f"{{{', '.join(texts)}}}"
         case _:
-            fragment = printer.literal(value, type_)
+            fragment = printer.constant(value, type_)
             return printer.cast(fragment, storage(type_, printer.names.records).text)

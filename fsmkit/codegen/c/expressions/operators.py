@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import fsmkit.language as lang
-from fsmkit.chart.analysis.effects import can_fail, has_effect, is_never_zero
+from fsmkit.chart.analysis.effects import is_never_zero
 from fsmkit.codegen.c.expressions.fragments import (
     BITS,
     COMPARE,
@@ -33,6 +33,9 @@ from fsmkit.codegen.c.expressions.types import (
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit.identifiers import legal
+from fsmkit.plan.values import Bounding
+
+QUOTIENTS = {lang.BinaryOp.DIV: "div", lang.BinaryOp.REM: "rem"}
 
 
 @dataclass
@@ -91,14 +94,8 @@ class Operators:
     def operator(self, expr: lang.Binary, left: Fragment, right: Fragment) -> Fragment:
         """Print a binary operator that evaluates both operands."""
         op = expr.op.value
-        if isinstance(expr.type, lang.FloatType) or (
-            op in COMPARISONS
-            and (
-                isinstance(expr.left.type, lang.FloatType)
-                or isinstance(expr.right.type, lang.FloatType)
-            )
-        ):
-            a, b = self.as_double(left), self.as_double(right)
+        if isinstance(expr.left.type, lang.FloatType):
+            a, b = left.at(PREFIX), right.at(PREFIX)
             if op in COMPARISONS:
                 return Fragment(f"{a} {op} {b}", "bool", COMPARE)
             return Fragment(f"{a} {op} {b}", "double", LEVEL[op])
@@ -113,14 +110,6 @@ class Operators:
         if isinstance(expr.left.type, lang.BoolType):
             return Fragment(f"{left.at(SHIFT)} {expr.op.value} {right.at(SHIFT)}", "bool", COMPARE)
         spans = interval(expr.left.type), interval(expr.right.type)
-        outcome = _decided(expr.op, *spans)
-        if outcome is not None:
-            sides = ((expr.left, left), (expr.right, right))
-            evaluated = [side.at(PREFIX) for e, side in sides if can_fail(e) or has_effect(e)]
-            if evaluated:
-                # compilers warn of such a comparison; the operands are there for what they report
-                operands = ", ".join(f"(void){text}" for text in evaluated)
-                return Fragment(f"({operands}, {str(outcome).lower()})", "bool")
         if computed(*spans) is None:
             return self._compare_widest(expr.op, left, right)
         ctype = self.common(*spans)
@@ -157,11 +146,10 @@ class Operators:
         op = expr.op
         ctype = self.common(type_, interval(expr.left.type), interval(expr.right.type))
         a, b = self.as_type(left, ctype), self.as_type(right, ctype)
-        if op in (lang.BinaryOp.DIV, lang.BinaryOp.REM):
+        if op in QUOTIENTS:
             if is_never_zero(expr.right) and -1 not in interval(expr.right.type):
                 return Fragment(f"{a} {op.value} {b}", ctype, PRODUCT)
-            name = f"fsm_{'div' if op is lang.BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
-            return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
+            return self._quotient(op, a, b, ctype)
         if op is lang.BinaryOp.SHIFT_LEFT:
             unsigned = UNSIGNED[ctype]
             shifted = f"({unsigned}){a} << {self.as_type(right, 'uint32_t')}"
@@ -181,10 +169,8 @@ class Operators:
         op = expr.op
         ctype = wrapping(type_)
         unsigned = UNSIGNED[ctype]
-        if op in (lang.BinaryOp.DIV, lang.BinaryOp.REM):
-            a, b = self.as_type(left, ctype), self.as_type(right, ctype)
-            name = f"fsm_{'div' if op is lang.BinaryOp.DIV else 'rem'}_{SUFFIX[ctype]}"
-            return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
+        if op in QUOTIENTS:
+            return self._quotient(op, self.as_type(left, ctype), self.as_type(right, ctype), ctype)
         if op in (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT):
             mask = 31 if unsigned == "uint32_t" else 63
             wide = UNSIGNED.get(right.ctype, "uint32_t")
@@ -194,21 +180,25 @@ class Operators:
             shifted = self.as_type(left, unsigned)
             if _is_constant(left):  # `1u` may have 16 bits, all of which a shift moves out
                 shifted = f"({unsigned}){shifted}"
-            return self.reduced(Fragment(f"{shifted} << {count}", unsigned, SHIFT), ctype)
+            return self.recast(Fragment(f"{shifted} << {count}", unsigned, SHIFT), ctype)
         a, b = self.as_type(left, unsigned), self.as_type(right, unsigned)
         binds = LEVEL.get(op.value, BITS)
-        return self.reduced(Fragment(f"{a} {op.value} {b}", unsigned, binds), ctype)
+        return self.recast(Fragment(f"{a} {op.value} {b}", unsigned, binds), ctype)
+
+    def _quotient(self, op: lang.BinaryOp, a: str, b: str, ctype: str) -> Fragment:
+        name = f"fsm_{QUOTIENTS[op]}_{SUFFIX[ctype]}"
+        return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
 
     def _shift_right(self, a: str, count: str, ctype: str) -> Fragment:
         if ctype.startswith("u"):
             return Fragment(f"{a} >> {count}", ctype, SHIFT)
         return Fragment(f"fsm_asr_{SUFFIX[ctype]}({a}, {count})", result_type(ctype))
 
-    def reduced(self, fragment: Fragment, ctype: str) -> Fragment:
-        """Bring an unsigned result into the C type it has as a value."""
+    def recast(self, fragment: Fragment, ctype: str) -> Fragment:
+        """Return a value in another C type, which holds it."""
         if fragment.ctype == ctype:
             return fragment
-        return Fragment(f"({ctype})({fragment.text})", ctype, PREFIX)
+        return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)
 
     def common(self, *types: lang.IntType) -> str:
         """Return the C type to compute in."""
@@ -227,22 +217,15 @@ class Operators:
             fragment.at(PREFIX) if fragment.ctype == "double" else f"(double){fragment.at(PREFIX)}"
         )
 
-    def bounded(
-        self,
-        fragment: Fragment,
-        source: lang.Type | None,
-        lo: int,
-        hi: int,
-        overflow: lang.Overflow,
-    ) -> Fragment:
-        """Bring a value into lo..hi, as its kind of overflow says."""
+    def bounded(self, fragment: Fragment, how: Bounding) -> Fragment:
+        """Bring a value into bounds."""
+        lo, hi, overflow = how.lo, how.hi, how.overflow
         ctype = computed(lang.IntType(lo, hi)) or "int64_t"
-        if isinstance(source, lang.FloatType):
-            is_silent = overflow in (lang.Overflow.WRAP, lang.Overflow.NEAREST)
+        if how.truncates:
+            is_silent = overflow is lang.Overflow.NEAREST
             call = "fsm_whole(" if is_silent else self._bounding(overflow, "_f")
             low, high = integer(lo, "int64_t"), integer(min(hi, 2**63 - 1), "int64_t")
-            text = f"{call}{self.as_double(fragment)}, {low}, {high})"
-            return Fragment(f"({ctype}){text}", ctype, PREFIX)
+            return Fragment(f"({ctype}){call}{fragment.at(PREFIX)}, {low}, {high})", ctype, PREFIX)
         if overflow is lang.Overflow.WRAP:
             unsigned = {8: "uint8_t", 16: "uint16_t", 32: "uint32_t", 64: "uint64_t"}
             bits = (hi - lo + 1).bit_length() - 1
@@ -253,7 +236,7 @@ class Operators:
                 inner = self.as_type(fragment, wide)
                 inner = inner if wide == unsigned[bits] else f"({unsigned[bits]}){inner}"
                 text = inner if narrow == unsigned[bits] else f"({narrow}){inner}"
-                return self._widened(Fragment(text, narrow, PREFIX), ctype)
+                return self.recast(Fragment(text, narrow, PREFIX), ctype)
             if fragment.ctype == "uint64_t":  # what lies beyond int64_t would change its remainder
                 rest = f"{fragment.at(PRODUCT)} % {integer(hi - lo + 1, 'uint64_t')}"
                 fragment = Fragment(rest, "uint64_t", PRODUCT)
@@ -285,11 +268,6 @@ class Operators:
         self.names.used.add(f"clamp{suffix}")
         return f"{self.names.own}_clamp{suffix}({self.machine}, "
 
-    def _widened(self, fragment: Fragment, ctype: str) -> Fragment:
-        if fragment.ctype == ctype:
-            return fragment
-        return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)
-
 
 def _is_constant(fragment: Fragment) -> bool:
     """Whether a number is written, which has no sign to lose where it is not negative."""
@@ -301,16 +279,3 @@ def _is_complement(expr: lang.Expr) -> bool:
     while isinstance(expr, lang.Convert):
         expr = expr.operand
     return isinstance(expr, lang.Unary) and expr.op is lang.UnaryOp.INVERT
-
-
-def _decided(op: lang.BinaryOp, left: lang.IntType, right: lang.IntType) -> bool | None:
-    """Return the outcome of a comparison that the ranges of its operands decide, else None."""
-    if left.hi < right.lo:
-        return op in (lang.BinaryOp.LT, lang.BinaryOp.LE, lang.BinaryOp.NE)
-    if left.lo > right.hi:
-        return op in (lang.BinaryOp.GT, lang.BinaryOp.GE, lang.BinaryOp.NE)
-    if left.hi == right.lo and op in (lang.BinaryOp.LE, lang.BinaryOp.GT):
-        return op is lang.BinaryOp.LE
-    if left.lo == right.hi and op in (lang.BinaryOp.GE, lang.BinaryOp.LT):
-        return op is lang.BinaryOp.GE
-    return None

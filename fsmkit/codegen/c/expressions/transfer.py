@@ -70,5 +70,5 @@ def put_default(out: Emitter, target: Place, depth: int = 0) -> None:
                 put_default(out, Place(target.names, part.type, text), depth)
         case type_:
             printer = Printer(target.names)
-            literal = printer.literal(default_value(type_), type_)
+            literal = printer.constant(default_value(type_), type_)
             out.line(f"{target.text} = {printer.cast(literal, literal.ctype)};")
