@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import assert_never
 
 import fsmkit.language as lang
@@ -10,6 +12,7 @@ from fsmkit.chart import statements as stmt
 from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.chart import Chart, Transition
 from fsmkit.codegen.javascript.expressions import Printer
+from fsmkit.codegen.statements import Choice, Loop, StatementPrinter
 from fsmkit.emit import Emitter, legal
 from fsmkit.emit.javascript import member, quoted
 from fsmkit.language.evaluation import field_position
@@ -33,88 +36,70 @@ def of_transition(chart: Chart, printer: Printer, transition: Transition) -> Pri
     return replace(printer, payload=payload) if len(fields) == 1 else printer
 
 
-@dataclass(frozen=True, slots=True)
-class ContentPrinter:
+class ContentPrinter(StatementPrinter):
     """Prints blocks of one chart, as bodies of functions of the machine `m`."""
 
-    chart: Chart
-    out: Emitter
-    printer: Printer
-    result: lang.Type | None = None
-    """Of the function of the chart in which the statements are."""
+    def __init__(self, chart: Chart, out: Emitter, printer: Printer) -> None:
+        """Print the content of a chart to ``out``, its expressions by ``printer``."""
+        self.chart, self.out, self.printer = chart, out, printer
+        self.result: lang.Type | None = None
+        """Of the function of the chart in which the statements are."""
 
     def of(self, transition: Transition) -> ContentPrinter:
         """Return what prints the content of a transition."""
-        return replace(self, printer=of_transition(self.chart, self.printer, transition))
+        printer = of_transition(self.chart, self.printer, transition)
+        return ContentPrinter(self.chart, self.out, printer)
 
-    def block(self, block: stmt.Block) -> None:
+    def statements(self, block: stmt.Block) -> None:
         """Print statements; those behind a local variable know it."""
-        printer = self
-        for statement in block:
-            if isinstance(statement, stmt.Local):
-                printer = printer.declared(statement)
-            else:
-                printer.statement(statement)
+        outer = self.printer
+        super().statements(block)
+        self.printer = outer
 
-    def declared(self, statement: stmt.Local[lang.Variable, lang.Expr]) -> ContentPrinter:
-        """Print a local variable; return what prints the statements behind it."""
-        assert statement.value is not None  # noqa: S101  (typed so)
-        text = self.printer.print(statement.value, statement.place.type)
-        inner = self.knowing(statement.place)
-        self.out.line(f"let {inner.printer.print(statement.place)} = {text};")
-        return inner
+    def _local(self, variable: lang.Variable, value: lang.Expr) -> None:
+        text = self.printer.print(value, variable.type)
+        self._declare(variable)
+        self.out.line(f"let {self.printer.print(variable)} = {text};")
 
-    def knowing(self, *variables: lang.Variable | None) -> ContentPrinter:
-        """Return what prints statements that know some more local variables."""
+    def _declare(self, *variables: lang.Variable | None) -> None:
+        """Let the statements that follow know some more local variables."""
         known = dict(self.printer.locals)
         for variable in variables:
             if variable is not None and variable.storage is lang.Storage.LOCAL:
                 known[variable.name] = f"let{len(known)}_{legal(variable.name)}"
-        return replace(self, printer=replace(self.printer, locals=known))
+        self.printer = replace(self.printer, locals=known)
 
     def function(self, function: lang.FunctionBody) -> None:
         """Print a function of the chart."""
-        inner = self.knowing(*function.parameters)
-        passed = [inner.printer.locals[parameter.name] for parameter in function.parameters]
+        self._declare(*function.parameters)
+        self.result = function.result
+        passed = [self.printer.locals[parameter.name] for parameter in function.parameters]
         name = self.printer.functions[function.name]
-        inner = replace(inner, result=function.result)
         with self.out.block(f"function {name}({', '.join(('m', *passed))}) {{"):
-            inner.block(function.body)
+            self.statements(function.body)
         self.out.line()
 
-    def statement(self, statement: stmt.Statement) -> None:
-        """Print a statement that declares no variable."""
-        out, printer = self.out, self.printer
-        match statement:
-            case stmt.Assign(location, value):
-                self._assign(location, value)
-            case stmt.Raise(event, arguments):
-                out.line(f"m._raise({event}, {self.payload(event, arguments)});")
-            case stmt.Send():
-                self._send(statement)
-            case stmt.Cancel(name):
-                out.line(f"m._cancel({quoted(name)});")
-            case stmt.Log(label, values):
-                texts = ", ".join(printer.print(value) for value in values)
-                out.line(f"m._log({quoted(label)}, [{texts}]);")
-            case stmt.If():
-                self._if(statement)
-            case stmt.ForEach():
-                self._for_each(statement)
-            case stmt.Return(value):
-                out.line(f"return {printer.print(value, self.result)};")
-            case stmt.Local():
-                raise AssertionError(statement)  # `block` knows what follows it
-            case stmt.Reply(value):
-                out.line(f"m._reply({printer.print(value)});")
-            case stmt.CallOperation(call):
-                out.line(f"{printer.print(call)};")
-            case stmt.Fail(reason, is_raised=is_raised):
-                out.line(f"rt.{'endOfBlock' if is_raised else 'cannot'}({quoted(reason)});")
-            case stmt.Invoke(slot, arguments):
-                self._invoke(slot, arguments)
-            case _:
-                assert_never(statement)
+    def _raise(self, event: int, arguments: tuple[lang.Expr, ...]) -> None:
+        self.out.line(f"m._raise({event}, {self.payload(event, arguments)});")
+
+    def _cancel(self, name: str) -> None:
+        self.out.line(f"m._cancel({quoted(name)});")
+
+    def _log(self, label: str, values: tuple[lang.Expr, ...]) -> None:
+        texts = ", ".join(self.printer.print(value) for value in values)
+        self.out.line(f"m._log({quoted(label)}, [{texts}]);")
+
+    def _return(self, value: lang.Expr) -> None:
+        self.out.line(f"return {self.printer.print(value, self.result)};")
+
+    def _reply(self, value: lang.Expr) -> None:
+        self.out.line(f"m._reply({self.printer.print(value)});")
+
+    def _call(self, call: lang.Call) -> None:
+        self.out.line(f"{self.printer.print(call)};")
+
+    def _fail(self, reason: str, *, is_raised: bool) -> None:
+        self.out.line(f"rt.{'endOfBlock' if is_raised else 'cannot'}({quoted(reason)});")
 
     def payload(self, event: int, arguments: tuple[lang.Expr, ...]) -> str:
         """Return an array of the values of the fields of an event."""
@@ -181,7 +166,7 @@ class ContentPrinter:
         text = self.printer.print(delay)
         return f"Number({text})" if self.printer.is_big(delay.type) else text
 
-    def _if(self, statement: stmt.If[lang.Expr, stmt.Statement]) -> None:
+    def _if(self, statement: Choice) -> None:
         out = self.out
         for place, branch in enumerate(statement.branches):
             opening = "if (true) {"
@@ -193,7 +178,7 @@ class ContentPrinter:
                 out.turn(f"}} else {opening}")
             else:
                 out.open(opening)
-            self.block(branch.body)
+            self.statements(branch.body)
         out.close("}")
 
     def _condition(self, condition: lang.Expr) -> str:
@@ -201,53 +186,31 @@ class ContentPrinter:
         is_handled = can_fail(condition) and self.result is None
         return f"m._holds(() => {text})" if is_handled else text
 
-    def _for_each(
-        self, statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement]
-    ) -> None:
-        inner = self.knowing(statement.item, statement.index)
-        printer = inner.printer
-        if isinstance(statement.array, lang.Numbers):
-            inner.count(statement, statement.array)
-            return
-        array = statement.array.type
-        assert isinstance(array, lang.ArrayType)  # noqa: S101
-        with self.out.block(
-            f"for (const [at, element] of {printer.print(statement.array)}.entries()) {{"
-        ):
-            item = statement.item
-            text = printer.moved("element", array.element, item.type)
-            inner.set(item, text)
-            if statement.index is not None:
-                big = printer.is_big(statement.index.type)
-                inner.set(statement.index, "BigInt(at)" if big else "at")
-            inner.block(statement.body)
-
-    def count(
-        self,
-        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
-        array: lang.Numbers,
-    ) -> None:
-        """Print a loop over numbers."""
-        out, big = self.out, self.printer.is_big(statement.item.type)
-        first = array.numbers[0]
-        if array.is_counted:
-            head = f"for (let at = 0; at < {len(array.numbers)}; at++) {{"
-            text = f"at + {first}" if first >= 0 else f"at - {-first}"
-            if big:
-                text = f"BigInt(at) + ({first}n)"
+    @contextmanager
+    def _loop(self, statement: Loop) -> Iterator[tuple[str, str]]:
+        array, item, index, outer = statement.array, statement.item, statement.index, self.printer
+        self._declare(item, index)
+        printer, over, element = self.printer, "", "element"
+        if not isinstance(array, lang.Numbers):
+            assert isinstance(array.type, lang.ArrayType)  # noqa: S101
+            over = printer.print(array)
+            element = printer.moved("element", array.type.element, item.type)
+        elif not array.is_counted:
+            over = f"[{', '.join(map(str, array.numbers))}]"
         else:
-            listed = ", ".join(map(str, array.numbers))
-            head = f"for (const [at, element] of [{listed}].entries()) {{"
-            text = "element"
-        with out.block(head):
-            self.set(statement.item, text)
-            if statement.index is not None:
-                is_big = self.printer.is_big(statement.index.type)
-                self.set(statement.index, "BigInt(at)" if is_big else "at")
-            self.block(statement.body)
+            first = array.numbers[0]
+            element = f"at + {first}" if first >= 0 else f"at - {-first}"
+            if printer.is_big(item.type):
+                element = f"BigInt(at) + ({first}n)"
+        head = f"for (const [at, element] of {over}.entries()) {{"
+        if isinstance(array, lang.Numbers) and array.is_counted:
+            head = f"for (let at = 0; at < {len(array.numbers)}; at++) {{"
+        is_big = index is not None and printer.is_big(index.type)
+        with self.out.block(head):
+            yield element, "BigInt(at)" if is_big else "at"
+        self.printer = outer
 
-    def set(self, variable: lang.Variable, text: str) -> None:
-        """Print how a loop variable gets its value; a local one is declared so."""
+    def _set(self, variable: lang.Variable, text: str) -> None:
         word = "let " if variable.storage is lang.Storage.LOCAL else ""
         self.out.line(f"{word}{self.printer.print(variable)} = {text};")
 

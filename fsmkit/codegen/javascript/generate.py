@@ -204,7 +204,7 @@ class ChartPrinter:
     def _block(self, name: str, content: ContentPrinter, block: tuple[object, ...]) -> str:
         if not block:
             return "null"
-        return self._function(name, lambda: content.block(block))  # type: ignore[arg-type]
+        return self._function(name, lambda: content.statements(block))  # type: ignore[arg-type]
 
     def _table(self, name: str, rows: Iterable[str]) -> None:
         with self.out.block(f"{name}: [", "],"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import assert_never
 
@@ -16,6 +17,7 @@ from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.lines import Lines
 from fsmkit.codegen.python.linking import LINK, ME
 from fsmkit.codegen.python.names import Names
+from fsmkit.codegen.statements import Choice, Loop, StatementPrinter
 from fsmkit.emit.identifiers import legal
 from fsmkit.emit.python import quoted
 from fsmkit.language.evaluation import field_position
@@ -62,7 +64,7 @@ class Needs:
 
 
 @dataclass
-class ContentPrinter:
+class ContentPrinter(StatementPrinter):
     """Prints blocks of one chart."""
 
     chart: Chart
@@ -70,45 +72,36 @@ class ContentPrinter:
     needs: Needs
     loops: int = 0
     """Loops over numbers that were printed."""
-    _printed: dict[tuple[int, object], tuple[str, ...]] = field(default_factory=dict)
-    """What was printed of a block of the chart, by its identity and the payload at hand."""
-    _alike: dict[tuple[int, object], tuple[str, ...]] = field(default_factory=dict)
-    """The same by its form."""
+    _printed: dict[tuple[int, bool, object], tuple[str, ...]] = field(default_factory=dict)
+    """What was printed of a block, by its form or its identity, and by the current payload."""
+    out: Lines = field(default_factory=Lines)
+    printer: Printer = field(init=False)
 
     def blocks(
         self, out: Lines, blocks: tuple[stmt.Block, ...], payload: Mapping[str, int] | None
     ) -> None:
-        """Print handlers one after the other: an error in one ends only that.
-
-        Handlers of states are printed once, wherever they stand.
-        """
+        """Print handlers one after the other: an error in one ends only that."""
         for block in blocks:
-            key = id(block), None if payload is None else tuple(payload.items())
-            if key not in self._printed:
-                once = Lines(is_traced=out.is_traced, is_recorded=out.is_recorded)
-                self.block(once, block, payload)
-                self._printed[key] = once.collected()
-            out.lines(self._printed[key])
+            self.block(out, block, payload)
 
     def block(self, out: Lines, block: stmt.Block, payload: Mapping[str, int] | None) -> None:
-        """Print one handler; those that are alike are printed once."""
-        if any(statement.__class__ not in ALIKE for statement in block):
-            self._block(out, block, payload)
-            return
-        key = form(block), None if payload is None else tuple(payload.items())
-        if key not in self._alike:
+        """Print one handler; those that are alike, or the same, are printed once."""
+        is_alike = all(statement.__class__ in ALIKE for statement in block)
+        known = None if payload is None else tuple(payload.items())
+        key = form(block) if is_alike else id(block), is_alike, known
+        if key not in self._printed:
             once = Lines(is_traced=out.is_traced, is_recorded=out.is_recorded)
             self._block(once, block, payload)
-            self._alike[key] = once.collected()
-        out.lines(self._alike[key])
+            self._printed[key] = once.collected()
+        out.lines(self._printed[key])
 
     def _block(self, out: Lines, block: stmt.Block, payload: Mapping[str, int] | None) -> None:
-        printer = Printer(self.names, payload)
+        self.out, self.printer = out, Printer(self.names, payload)
         if not any(map(can_break_off, block)):
-            self._statements(out, block, printer)
+            self.statements(block)
             return
         with out.suite("try:"):
-            self._statements(out, block, printer)
+            self.statements(block)
         with out.suite(f"except {LINK}ContentError:"):
             out.line(f"{ME}_error_execution()")
         with out.suite(f"except {LINK}RangeFault:"):
@@ -139,68 +132,63 @@ class ContentPrinter:
             for number in range(len(fields)):
                 out.line(f"{ME}_internal_fields[at + {number}] = value_{number}")
 
-    def _statements(self, out: Lines, block: stmt.Block, printer: Printer) -> None:
-        for statement in block:
-            self._statement(out, statement, printer)
+    def _assign(self, location: lang.Location, value: lang.Expr) -> None:
+        if (parts := self.printer.sum(value)) is not None:
+            self.out.line(f"value = {parts[0]}")
+            self._set(location, parts[1])
+        else:
+            self._set(location, self.printer.print(value))
 
-    def _statement(self, out: Lines, statement: stmt.Statement, printer: Printer) -> None:
-        match statement:
-            case stmt.Assign(location, value) if (parts := printer.sum(value)) is not None:
-                out.line(f"value = {parts[0]}")
-                out.line(self._assign(location, parts[1], printer))
-            case stmt.Assign(location, value):
-                out.line(self._assign(location, printer.print(value), printer))
-            case stmt.Raise(event, arguments):
-                self.needs.raised.add(event)
-                out.line(f"{ME}_raise_{self.names.events[event]}({_passed(printer, arguments)})")
-            case stmt.Send():
-                self._send(out, statement, printer)
-            case stmt.Cancel(name):
-                out.tell(quoted("cancel " + name))
-                out.line(f"{ME}_cancel({self._mark(name)})")
-            case stmt.Log(label, values):
-                self._log(out, label, values, printer)
-            case stmt.If():
-                self._if(out, statement, printer)
-            case stmt.ForEach():
-                self._for_each(out, statement, printer)
-            case stmt.Local(place, value) if value is not None:
-                out.line(f"{self._place(place, printer)} = {printer.print(value)}")
-            case stmt.Return(value):
-                out.line(f"return {printer.print(value)}")
-            case stmt.Local():
-                raise AssertionError(statement)  # it has a value
-            case stmt.Reply(value):
-                out.line(f"{ME}reply = {printer.frozen(value)}")
-                out.tell("f" + _quoted("reply " + shown(f"{ME}reply", value.type)))
-            case stmt.CallOperation(call):
-                out.line(printer.print(call))
-            case stmt.Fail(reason, is_raised=is_raised):
-                out.line(f"raise {LINK}{'EndOfBlock' if is_raised else 'ContentError'}({reason!r})")
-            case stmt.Invoke(slot, arguments):
-                out.line(f"{ME}_start_{slot}({_passed(printer, arguments)})")
-            case _:
-                assert_never(statement)
+    def _raise(self, event: int, arguments: tuple[lang.Expr, ...]) -> None:
+        self.needs.raised.add(event)
+        self.out.line(f"{ME}_raise_{self.names.events[event]}({self._passed(arguments)})")
 
-    def _assign(self, location: lang.Location, value: str, printer: Printer) -> str:
-        if isinstance(location.type, lang.ArrayType | lang.RecordType):
-            return f"{LINK}replace({self._place(location, printer)}, {value})"
-        return f"{self._place(location, printer)} = {value}"
+    def _cancel(self, name: str) -> None:
+        self.out.tell(quoted("cancel " + name))
+        self.out.line(f"{ME}_cancel({self._mark(name)})")
 
-    def _place(self, location: lang.Expr, printer: Printer) -> str:
+    def _local(self, variable: lang.Variable, value: lang.Expr) -> None:
+        self.out.line(f"{self._place(variable)} = {self.printer.print(value)}")
+
+    def _return(self, value: lang.Expr) -> None:
+        self.out.line(f"return {self.printer.print(value)}")
+
+    def _reply(self, value: lang.Expr) -> None:
+        self.out.line(f"{ME}reply = {self.printer.frozen(value)}")
+        self.out.tell("f" + _quoted("reply " + shown(f"{ME}reply", value.type)))
+
+    def _call(self, call: lang.Call) -> None:
+        self.out.line(self.printer.print(call))
+
+    def _fail(self, reason: str, *, is_raised: bool) -> None:
+        error = "EndOfBlock" if is_raised else "ContentError"
+        self.out.line(f"raise {LINK}{error}({reason!r})")
+
+    def _invoke(self, slot: int, arguments: tuple[lang.Expr, ...]) -> None:
+        self.out.line(f"{ME}_start_{slot}({self._passed(arguments)})")
+
+    def _set(self, location: lang.Location, text: str) -> None:
+        place_ = self._place(location)
+        is_made_of_parts = isinstance(location.type, lang.ArrayType | lang.RecordType)
+        self.out.line(
+            f"{LINK}replace({place_}, {text})" if is_made_of_parts else f"{place_} = {text}"
+        )
+
+    def _place(self, location: lang.Expr) -> str:
         match location:
             case lang.Variable(name, storage=lang.Storage.LOCAL):
-                return printer.local(name)
+                return self.printer.local(name)
             case lang.Variable(name):
                 return f"{ME}{self.names.variables[name]}"
             case lang.Element(array):
-                return f"{self._place(array, printer)}[{printer.index(location)}]"
+                return f"{self._place(array)}[{self.printer.index(location)}]"
             case lang.Member(record, name):
-                return f"{self._place(record, printer)}[{field_position(record.type, name)}]"
+                return f"{self._place(record)}[{field_position(record.type, name)}]"
             case _:
                 raise AssertionError(location)
 
-    def _send(self, out: Lines, statement: stmt.Send, printer: Printer) -> None:
+    def _send(self, statement: stmt.Send) -> None:
+        out, printer = self.out, self.printer
         event = self.names.events[statement.event]
         arguments = [printer.frozen(argument) for argument in statement.arguments]
         if statement.delay is not None:
@@ -240,81 +228,61 @@ class ContentPrinter:
     def _mark(self, name: str) -> int:
         return self.needs.marks.setdefault(name, len(self.needs.marks))
 
-    def _log(self, out: Lines, label: str, values: tuple[lang.Expr, ...], printer: Printer) -> None:
-        texts = [printer.frozen(value) for value in values]
-        out.line(f"{ME}_log({', '.join([repr(label), *texts])})")
+    def _log(self, label: str, values: tuple[lang.Expr, ...]) -> None:
+        texts = [self.printer.frozen(value) for value in values]
+        self.out.line(f"{ME}_log({', '.join([repr(label), *texts])})")
 
-    def _if(
-        self, out: Lines, statement: stmt.If[lang.Expr, stmt.Statement], printer: Printer
-    ) -> None:
-        for place_, branch in enumerate(statement.branches):
+    def _if(self, statement: Choice) -> None:
+        for number, branch in enumerate(statement.branches):
             if branch.condition is None:
-                opening = "else:" if place_ else "if True:"
+                opening = "else:" if number else "if True:"
             else:
-                word = "elif" if place_ else "if"
-                opening = f"{word} {self._condition(branch.condition, printer)}:"
-            with out.suite(opening):
-                self._statements(out, branch.body, printer)
+                word = "elif" if number else "if"
+                opening = f"{word} {self._condition(branch.condition)}:"
+            with self.out.suite(opening):
+                self.statements(branch.body)
 
-    def _condition(self, condition: lang.Expr, printer: Printer) -> str:
-        text = printer.print(condition)
-        if not can_fail(condition) or printer.parameters is not None:
+    def _condition(self, condition: lang.Expr) -> str:
+        text = self.printer.print(condition)
+        if not can_fail(condition) or self.printer.parameters is not None:
             return text
         if text not in self.needs.conditions:
             self.needs.conditions.append(text)
         return f"{ME}_holds_{self.needs.conditions.index(text)}()"
 
-    def _for_each(
-        self,
-        out: Lines,
-        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
-        printer: Printer,
-    ) -> None:
-        if isinstance(statement.array, lang.Numbers):
-            self._count(out, statement, statement.array, printer)
+    @contextmanager
+    def _loop(self, statement: Loop) -> Iterator[tuple[str, str]]:
+        array = statement.array
+        if isinstance(array, lang.Numbers):
+            self.loops += 1
+            number = self.loops
+            over = f"({', '.join(map(str, array.numbers))},)"
+            if array.is_counted:
+                over = f"range({array.numbers[0]}, {array.numbers[-1] + 1})"
+            with self.out.suite(f"for at_{number}n, of_{number}n in enumerate({over}):"):
+                yield f"of_{number}n", f"at_{number}n"
             return
-        array = statement.array.type
-        assert isinstance(array, lang.ArrayType)  # noqa: S101
-        number = len(self.needs.copies)
-        self.needs.copies.append(array.length)
-        copy = f"{ME}_copy_{number}"
-        out.line(f"{LINK}replace({copy}, {printer.print(statement.array)})")
-        with out.suite(f"for at_{number} in range({array.length}):"):
-            out.line(self._assign(statement.item, f"{copy}[at_{number}]", printer))
-            if statement.index is not None:
-                out.line(self._assign(statement.index, f"at_{number}", printer))
-            self._statements(out, statement.body, printer)
+        assert isinstance(array.type, lang.ArrayType)  # noqa: S101
+        number, length = len(self.needs.copies), array.type.length
+        self.needs.copies.append(length)
+        self.out.line(f"{LINK}replace({ME}_copy_{number}, {self.printer.print(array)})")
+        with self.out.suite(f"for at_{number} in range({length}):"):
+            yield f"{ME}_copy_{number}[at_{number}]", f"at_{number}"
 
-    def _count(
-        self,
-        out: Lines,
-        statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
-        array: lang.Numbers,
-        printer: Printer,
-    ) -> None:
-        """Print a loop over numbers."""
-        self.loops += 1
-        number = self.loops
-        over = f"({', '.join(map(str, array.numbers))},)"
-        if array.is_counted:
-            over = f"range({array.numbers[0]}, {array.numbers[-1] + 1})"
-        with out.suite(f"for at_{number}n, of_{number}n in enumerate({over}):"):
-            out.line(self._assign(statement.item, f"of_{number}n", printer))
-            if statement.index is not None:
-                out.line(self._assign(statement.index, f"at_{number}n", printer))
-            self._statements(out, statement.body, printer)
+    def _passed(self, arguments: tuple[lang.Expr, ...]) -> str:
+        return ", ".join(self.printer.frozen(argument) for argument in arguments)
 
     def function(self, out: Lines, function: lang.FunctionBody) -> None:
         """Print a function of the chart as a method."""
         names = {v.name: v for v in function.parameters}
         names |= {v.name: v for s in statements(function.body) for v in map(root, written(s))}
         known = {name: f"v{n}_{legal(name)}" for n, name in enumerate(names)}
-        printer = Printer(self.names, parameters=known)
+        self.out, self.printer = out, Printer(self.names, parameters=known)
         passed = ", ".join(f"{known[p.name]}: Any" for p in function.parameters)
         with out.method(
             self.names.functions[function.name], "A function of the chart.", passed, "Any"
         ):
-            self._statements(out, function.body, printer)
+            self.statements(function.body)
 
 
 def shown(text: str, type_: lang.Type | None) -> str:
@@ -332,7 +300,3 @@ def shown(text: str, type_: lang.Type | None) -> str:
 
 def _quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
-def _passed(printer: Printer, arguments: tuple[lang.Expr, ...]) -> str:
-    return ", ".join(printer.frozen(argument) for argument in arguments)

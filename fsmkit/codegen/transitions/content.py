@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import all_statements
+from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.lines import Lines
+from fsmkit.codegen.statements import Loop
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.names import ModelNames, text
-from fsmkit.language import ArrayType, Element, Expr, Iterated, Member, RecordType, Variable
-from fsmkit.language.evaluation import field_position
+from fsmkit.language import Expr, Location, Variable
 
 PRINTED: tuple[type[Any], ...] = (
     stmt.Assign,
@@ -33,103 +35,60 @@ def has_peer(chart: Chart, event: int) -> bool:
     return any(each.event == event and each.peer is not None for each in sent)
 
 
-@dataclass(frozen=True, slots=True)
-class ContentPrinter:
-    """Prints statements of one chart, of those that are not refused."""
+class ModelContentPrinter(ContentPrinter):
+    """Prints statements of one chart as Python does, but for what a model calls."""
 
-    chart: Chart
-    names: ModelNames
+    def __init__(self, chart: Chart, model: ModelNames) -> None:
+        """Print the content of a chart under the names of its model."""
+        super().__init__(chart, model.names, Needs())
 
-    def block(self, out: Lines, block: stmt.Block, printer: ModelPrinter) -> None:
+    def handler(self, out: Lines, block: stmt.Block, printer: ModelPrinter) -> None:
         """Print the statements of a handler."""
-        for statement in block:
-            self._statement(out, statement, printer)
+        self.out, self.printer = out, printer
+        self.statements(block)
 
-    def _statement(self, out: Lines, statement: stmt.Statement, printer: ModelPrinter) -> None:
-        match statement:
-            case stmt.Assign(location, value):
-                self._assign(out, location, printer.print(value), printer)
-            case stmt.Raise(event, arguments):
-                out.line(self._trigger(event, arguments, printer))
-            case stmt.Send(delay=delay) if delay is not None:
-                out.line(self._later(statement, delay, printer))
-            case stmt.Cancel(name):
-                out.line(f"self.machine.disarm({text(name)})")
-            case stmt.Send(event, arguments, stmt.Destination.INTERNAL):
-                out.line(self._trigger(event, arguments, printer))
-            case stmt.Send():
-                out.line(f"{self._port(statement)}({', '.join(self._sent(statement, printer))})")
-            case stmt.Log(label, values):
-                passed = [text(label), *(printer.frozen(value) for value in values)]
-                out.line(f"self.log({', '.join(passed)})")
-            case stmt.If():
-                self._if(out, statement, printer)
-            case stmt.ForEach():
-                self._for_each(out, statement, printer)
-            case stmt.CallOperation(call):
-                out.line(printer.print(call))
-            case _:
-                raise AssertionError(statement)
+    def _assign(self, location: Location, value: Expr) -> None:
+        self._set(location, self.printer.print(value))
 
-    def _port(self, statement: stmt.Send) -> str:
-        return f"self.send_{self.names.names.events[statement.event]}"
+    def _raise(self, event: int, arguments: tuple[Expr, ...]) -> None:
+        self.out.line(f"self.trigger({self._triggered(event, arguments)})")
 
-    def _sent(self, statement: stmt.Send, printer: ModelPrinter) -> list[str]:
-        passed = [printer.frozen(argument) for argument in statement.arguments]
-        if has_peer(self.chart, statement.event):
-            passed.append("None" if statement.peer is None else text(statement.peer))
-        return passed
+    def _triggered(self, event: int, arguments: tuple[Expr, ...]) -> str:
+        return ", ".join(
+            (text(self.chart.events[event].name), *map(self.printer.frozen, arguments))
+        )
 
-    def _later(self, statement: stmt.Send, delay: Expr, printer: ModelPrinter) -> str:
-        name = "None" if statement.id is None else text(statement.id)
+    def _send(self, statement: stmt.Send) -> None:
         if statement.destination is stmt.Destination.PORT:
-            call = [self._port(statement), *self._sent(statement, printer)]
+            called = f"self.send_{self.names.events[statement.event]}"
+            passed = self._passed(statement.arguments)
+            if has_peer(self.chart, statement.event):
+                peer = "None" if statement.peer is None else text(statement.peer)
+                passed = f"{passed}, {peer}" if passed else peer
         else:
-            passed = (printer.frozen(argument) for argument in statement.arguments)
-            call = ["self.trigger", text(self.chart.events[statement.event].name), *passed]
-        return f"self.machine.arm({', '.join((name, printer.print(delay), *call))})"
+            called, passed = "self.trigger", self._triggered(statement.event, statement.arguments)
+        if statement.delay is None:
+            self.out.line(f"{called}({passed})")
+            return
+        name = "None" if statement.id is None else text(statement.id)
+        rest = f", {passed}" if passed else ""
+        self.out.line(
+            f"self.machine.arm({name}, {self.printer.print(statement.delay)}, {called}{rest})"
+        )
 
-    def _trigger(self, event: int, arguments: tuple[Expr, ...], printer: ModelPrinter) -> str:
-        passed = [text(self.chart.events[event].name), *(printer.frozen(a) for a in arguments)]
-        return f"self.trigger({', '.join(passed)})"
+    def _cancel(self, name: str) -> None:
+        self.out.line(f"self.machine.disarm({text(name)})")
 
-    def _assign(self, out: Lines, location: Expr, value: str, printer: ModelPrinter) -> None:
-        where = self._place(location, printer)
-        if isinstance(location.type, ArrayType | RecordType):
-            out.line(f"replace({where}, {value})")
-        else:
-            out.line(f"{where} = {value}")
+    def _log(self, label: str, values: tuple[Expr, ...]) -> None:
+        passed = [text(label), *map(self.printer.frozen, values)]
+        self.out.line(f"self.log({', '.join(passed)})")
 
-    def _place(self, location: Expr, printer: ModelPrinter) -> str:
-        match location:
-            case Variable(name):
-                return f"self.{self.names.names.variables[name]}"
-            case Element(array):
-                return f"{self._place(array, printer)}[{printer.index(location)}]"
-            case Member(record, name):
-                return f"{self._place(record, printer)}[{field_position(record.type, name)}]"
-            case _:
-                raise AssertionError(location)
+    def _condition(self, condition: Expr) -> str:
+        return self.printer.print(condition)
 
-    def _if(
-        self, out: Lines, statement: stmt.If[Expr, stmt.Statement], printer: ModelPrinter
-    ) -> None:
-        for number, branch in enumerate(statement.branches):
-            word = "elif" if number else "if"
-            condition = "True" if branch.condition is None else printer.print(branch.condition)
-            is_else = branch.condition is None and number
-            with out.suite("else:" if is_else else f"{word} {condition}:"):
-                self.block(out, branch.body, printer)
-
-    def _for_each(
-        self,
-        out: Lines,
-        statement: stmt.ForEach[Iterated, Variable, stmt.Statement],
-        printer: ModelPrinter,
-    ) -> None:
-        assert isinstance(statement.array, Variable)  # noqa: S101  (others are refused)
-        with out.suite(f"for at, item in enumerate(tuple({printer.print(statement.array)})):"):
-            self._assign(out, statement.item, "item", printer)
-            if statement.index is not None:
-                self._assign(out, statement.index, "at", printer)
-            self.block(out, statement.body, printer)
+    @contextmanager
+    def _loop(self, statement: Loop) -> Iterator[tuple[str, str]]:
+        assert isinstance(statement.array, Variable)  # noqa: S101  (others are rejected)
+        array = self.printer.print(statement.array)
+        with self.out.suite(f"for at, item in enumerate(tuple({array})):"):
+            yield "item", "at"

@@ -15,7 +15,7 @@ from fsmkit.codegen.python.linking import linked, spelt
 from fsmkit.codegen.python.names import distinct, identifier, members_of
 from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
-from fsmkit.codegen.transitions.content import ContentPrinter, has_peer
+from fsmkit.codegen.transitions.content import ModelContentPrinter, has_peer
 from fsmkit.codegen.transitions.expressions import ModelPrinter
 from fsmkit.codegen.transitions.moves import Entry, Moves, moves_of
 from fsmkit.codegen.transitions.names import ModelNames, text
@@ -120,7 +120,7 @@ def _enumerations(chart: Chart, names: ModelNames) -> Iterator[str]:
 def _model(moves: Moves) -> str:
     chart, names = moves.chart, moves.names
     out = Lines()
-    printer = ContentPrinter(chart, names)
+    printer = ModelContentPrinter(chart, names)
     with out.suite(f"class {names.names.machine}Model:"):
         out.line('"""Data, guards and content. A subclass has the operations of the host."""')
         out.line()
@@ -190,20 +190,20 @@ def _guards(out: Lines, moves: Moves) -> None:
             out.line("return held")
 
 
-def _content(out: Lines, moves: Moves, printer: ContentPrinter) -> None:
+def _content(out: Lines, moves: Moves, printer: ModelContentPrinter) -> None:
     chart, names, initial = moves.chart, moves.names, moves.initial
     plan = moves.order.plan
     plain = ModelPrinter(names.names, {}, model=names)
     if chart.script or initial.content:
         with out.method("begin", "What is done before all states.", "event: Any"):
-            printer.block(out, (*chart.script, *initial.content), plain)
+            printer.handler(out, (*chart.script, *initial.content), plain)
     for transition in moves.taken():
         if transition.content:
             doc = f"The content of {describe(chart, transition)}."
             name = f"do_{names.names.transitions[transition.index]}"
             with out.method(name, doc, "event: Any"):
                 own = ModelPrinter(names.names, _payload(moves, transition), model=names)
-                printer.block(out, transition.content, own)
+                printer.handler(out, transition.content, own)
     for state in chart.states:
         _handlers(out, moves, state, printer, plain)
     for history in moves.histories:
@@ -216,7 +216,7 @@ def _content(out: Lines, moves: Moves, printer: ContentPrinter) -> None:
 
 
 def _handlers(
-    out: Lines, moves: Moves, state: State, printer: ContentPrinter, plain: ModelPrinter
+    out: Lines, moves: Moves, state: State, printer: ModelContentPrinter, plain: ModelPrinter
 ) -> None:
     """Print what entering and leaving a state does."""
     chart, name = moves.chart, moves.names.names.bare[state.index]
@@ -229,7 +229,7 @@ def _handlers(
                     parts.append(f"period={transition.delay}")
                 out.line(f"self.machine.arm({', '.join(parts)})")
             for block in state.on_entry:
-                printer.block(out, block, plain)
+                printer.handler(out, block, plain)
             done = done_event(chart, state)
             if done is not None:
                 out.line(f"self.trigger({text(chart.events[done].name)})")
@@ -244,7 +244,7 @@ def _handlers(
             for history in _histories(moves, state):
                 out.line(f"self.machine.remember({text(history.id)})")
             for block in state.on_exit:
-                printer.block(out, block, plain)
+                printer.handler(out, block, plain)
 
 
 def _is_entered(moves: Moves, state: State) -> bool:

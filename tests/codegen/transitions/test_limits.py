@@ -15,7 +15,7 @@ from fsmkit.yaml.reader import read_document
 
 HEAD = """\
 chart: Refused
-data: {n: uint8 = 0, m: uint8 = 0, near: 0..9 = 0, a: "uint8[3] = 0"}
+data: {n: uint8 = 0, m: uint8 = 0, near: 0..9 = 0, a: "uint8[3] = 0", b: "uint8[3] = 1"}
 operations: ["act(x uint8)", "ask() -> bool"]
 events:
   in: [go, back, "tell(n 0..9)", "more(k bool, n 0..9)", "query() -> 0..9"]
@@ -213,6 +213,7 @@ ACCEPTED = {
     "regions that tell in order": REGIONS.replace("LEFT", "{target: l2, do: act(1)}").replace(
         "RIGHT", "{target: r2, do: act(2)}"
     ),
+    "an array assigned as a whole": simple("{entry: 'b = a; act(b[1])'}"),
     "an internal transition": simple(
         "{on: {go: {target: d, type: internal}}, initial: e, states: {d: {}, e: {}}}"
     ),

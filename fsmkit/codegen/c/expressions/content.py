@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from copy import copy as copy_of
 from functools import partial
 from itertools import count
-from typing import assert_never
 
 import fsmkit.language as lang
 from fsmkit.chart import statements as stmt
@@ -23,6 +22,7 @@ from fsmkit.codegen.c.expressions.types import integer, loaded
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
+from fsmkit.codegen.statements import Choice, Loop, StatementPrinter
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment, quoted
 from fsmkit.language.evaluation import rounds_of
@@ -42,7 +42,7 @@ Printed = tuple[tuple[str, ...], list[tuple[str, str]]]
 """Lines, and the variables that they need: types and names."""
 
 
-class ContentPrinter:
+class ContentPrinter(StatementPrinter):
     """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
 
     result: lang.Type | None = None
@@ -53,6 +53,8 @@ class ContentPrinter:
     def __init__(self, names: Names, functions: Unit) -> None:
         """Print with these names."""
         self._names = names
+        self.out = Emitter()
+        self.printer = Printer(names)
         self.functions = functions
         self._numbers = count(1)
         """Of blocks that are functions."""
@@ -71,9 +73,8 @@ class ContentPrinter:
         """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
         if not block:
             return
-        is_failing = can_end(block)
-        texts, temporaries = self._printed(block, events, failing=is_failing)
-        if is_failing:
+        texts, temporaries = self._printed(block, events)
+        if can_end(block):
             name = f"{self._names.own}_block_{next(self._numbers)}"
             self.functions.define(name)
             self.functions.line(f"/* {comment(what)} */")
@@ -92,96 +93,80 @@ class ContentPrinter:
         else:
             out.lines(texts)
 
-    def _printed(self, block: stmt.Block, events: tuple[int, ...], *, failing: bool) -> Printed:
+    def _printed(self, block: stmt.Block, events: tuple[int, ...]) -> Printed:
         """Print the statements of a handler, once for all that are alike."""
         texts = self._texts
         if texts is None or any(each.__class__ not in ALIKE for each in block):
-            return self._statements(block, events, failing=failing)
+            return self._print(block, events)
         key = form(block), events
         if key not in texts:
-            texts[key] = self._statements(block, events, failing=failing)
+            texts[key] = self._print(block, events)
         return texts[key]
 
-    def _statements(self, block: stmt.Block, events: tuple[int, ...], *, failing: bool) -> Printed:
-        printer = Printer(self._names, events, is_sound=not failing)
-        body = Emitter()
-        for statement in block:
-            self._statement(body, statement, printer, failing=failing)
-        return body.collected(), printer.temporaries
+    def _print(self, block: stmt.Block, events: tuple[int, ...]) -> Printed:
+        self.out = Emitter()
+        self.printer = Printer(self._names, events, is_sound=not can_end(block))
+        self.statements(block)
+        return self.out.collected(), self.printer.temporaries
 
-    def _check(self, out: Emitter, *expressions: lang.Expr) -> None:
+    def _check(self, *expressions: lang.Expr) -> None:
         if any(map(can_fail, expressions)):
-            with out.block("if (m->fsm.failed != FSM_FINE) {"):
-                out.line(self._leave)
+            with self.out.block("if (m->fsm.failed != FSM_FINE) {"):
+                self.out.line(self._leave)
 
-    def _statement(
-        self, out: Emitter, statement: stmt.Statement, printer: Printer, *, failing: bool
-    ) -> None:
+    def _raise(self, event: int, arguments: tuple[lang.Expr, ...]) -> None:
         prefix = self._names.own
-        match statement:
-            case stmt.Assign(location, value):
-                self._assign(out, location, value, printer)
-            case stmt.Raise(event, ()):
-                out.line(f"{prefix}_raise_plain(m, {self._names.event_constant(event)});")
-            case stmt.Raise(event, arguments):
-                self._event(out, event, arguments, printer)
-                out.line(f"{prefix}_raise(m, &e, true);")
-                out.close()
-            case stmt.Send():
-                self._send(out, statement, printer)
-            case stmt.Cancel(name):
-                out.lines(self._names.of_text(name, partial(_told, "FSM_CANCELLED")))
-                out.line(f"{prefix}_cancel(m, {self._names.marked(name)});")
-            case stmt.Log(label, values):
-                self._log(out, label, values, printer)
-            case stmt.If():
-                self._if(out, statement, printer, failing=failing)
-            case stmt.ForEach():
-                with loop(out, statement, printer, self._names, self.copies):
-                    self._body(out, statement.body, printer, failing=failing)
-            case stmt.Local(place, value) if value is not None:
-                text = printer.value(value, place.type)
-                name = printer.local(place)
-                out.lines([f"{name} = {text};", f"(void){name};"])
-                self._check(out, value)
-            case stmt.Return(value):
-                out.line(f"return {printer.value(value, self.result)};")
-            case stmt.Local():
-                raise AssertionError(statement)  # it has a value
-            case stmt.Reply(value):
-                out.line(f"m->fsm.reply = {printer.value(value)};")
-                self._check(out, value)
-                out.line('FSM_HOOK_TEXT(m, FSM_REPLY, "", 0);')
-                self._show(out, value, printer, "m->fsm.reply")
-                out.line("FSM_HOOK_LINE(m);")
-            case stmt.CallOperation(call):
-                out.line(f"(void){printer.fragment(call).text};" if call.type is not None
-                         else f"{printer.fragment(call).text};")  # fmt: skip
-                self._check(out, call)
-            case stmt.Fail(is_raised=True):
-                out.line("m->fsm.failed = FSM_TOLD;")
-                out.line("return;")
-            case stmt.Fail():
-                out.line(f"(void)fsm_fails({self._names.failure()});")
-                out.line("return;")
-            case stmt.Invoke():
-                self._invoke(out, statement, printer)
-            case _:
-                assert_never(statement)
+        if not arguments:
+            self.out.line(f"{prefix}_raise_plain(m, {self._names.event_constant(event)});")
+            return
+        self._event(event, arguments)
+        self.out.line(f"{prefix}_raise(m, &e, true);")
+        self.out.close()
 
-    def _invoke(self, out: Emitter, statement: stmt.Invoke, printer: Printer) -> None:
+    def _cancel(self, name: str) -> None:
+        self.out.lines(self._names.of_text(name, partial(_told, "FSM_CANCELLED")))
+        self.out.line(f"{self._names.own}_cancel(m, {self._names.marked(name)});")
+
+    def _local(self, variable: lang.Variable, value: lang.Expr) -> None:
+        text = self.printer.value(value, variable.type)
+        name = self.printer.local(variable)
+        self.out.lines([f"{name} = {text};", f"(void){name};"])
+        self._check(value)
+
+    def _return(self, value: lang.Expr) -> None:
+        self.out.line(f"return {self.printer.value(value, self.result)};")
+
+    def _reply(self, value: lang.Expr) -> None:
+        self.out.line(f"m->fsm.reply = {self.printer.value(value)};")
+        self._check(value)
+        self.out.line('FSM_HOOK_TEXT(m, FSM_REPLY, "", 0);')
+        self._show(value, "m->fsm.reply")
+        self.out.line("FSM_HOOK_LINE(m);")
+
+    def _call(self, call: lang.Call) -> None:
+        ignored = "" if call.type is None else "(void)"
+        self.out.line(f"{ignored}{self.printer.fragment(call).text};")
+        self._check(call)
+
+    def _fail(self, reason: str, *, is_raised: bool) -> None:
+        del reason
+        failure = f"(void)fsm_fails({self._names.failure()});"
+        self.out.line("m->fsm.failed = FSM_TOLD;" if is_raised else failure)
+        self.out.line("return;")
+
+    def _invoke(self, slot: int, arguments: tuple[lang.Expr, ...]) -> None:
         """Give the machine in a slot its data, and let it run its first macrostep."""
-        names, slot = self._names, statement.invocation
+        names, out, printer = self._names, self.out, self.printer
         inside, member = names.invoked[slot], f"m->{names.slots[slot]}"
         invocation = names.chart.invocations[slot]
         given = [invocation.chart.data[place] for place in invocation.given]
-        pairs = list(zip(given, statement.arguments, strict=True))
+        pairs = list(zip(given, arguments, strict=True))
         out.open("{")
         for number, (data, argument) in enumerate(pairs):
             if not isinstance(data.type, lang.ArrayType):
                 stored = storage(data.type, names.records).text
                 out.line(f"{stored} v{number} = {printer.value(argument, data.type)};")
-        self._check(out, *statement.arguments)
+        self._check(*arguments)
         out.line(f"{inside.prefix}_init(&{member});")
         for number, (data, argument) in enumerate(pairs):
             is_array = isinstance(data.type, lang.ArrayType)
@@ -192,10 +177,8 @@ class ContentPrinter:
         out.line(f"{names.own}_absorb_{slot}(m);")
         out.close()
 
-    def _assign(
-        self, out: Emitter, location: lang.Location, value: lang.Expr, printer: Printer
-    ) -> None:
-        target = location.type
+    def _assign(self, location: lang.Location, value: lang.Expr) -> None:
+        out, printer, target = self.out, self.printer, location.type
         if isinstance(target, lang.ArrayType):
             place, text = printer.place(location), printer.value(value)
             with out.block(f"for (uint32_t i = 0u; i < {target.length}u; i++) {{"):
@@ -209,19 +192,17 @@ class ContentPrinter:
         stored = storage(target, self._names.records).text
         with out.block("{"):
             out.line(f"{stored} value = {printer.value(value, target)};")
-            self._check(out, value)
+            self._check(value)
             if can_fail(location):
                 out.line(f"{stored} *place = &{place};")
-                self._check(out, location)
+                self._check(location)
                 out.line("*place = value;")
             else:
                 out.line(f"{place} = value;")
 
-    def _event(
-        self, out: Emitter, event: int, arguments: tuple[lang.Expr, ...], printer: Printer
-    ) -> None:
+    def _event(self, event: int, arguments: tuple[lang.Expr, ...]) -> None:
         """Open a block in which ``e`` is the event; `Emitter.close` ends it."""
-        names = self._names
+        names, out, printer = self._names, self.out, self.printer
         fields = names.chart.events[event].fields
         out.open("{")
         out.line(f"{names.own}_event e = {names.own_upper}_NO_EVENT;")
@@ -234,10 +215,10 @@ class ContentPrinter:
                     out.line(f"{place}[i] = {text}[i];")
             else:
                 out.line(f"{place} = {printer.value(argument, part.type)};")
-        self._check(out, *arguments)
+        self._check(*arguments)
 
-    def _send(self, out: Emitter, statement: stmt.Send, printer: Printer) -> None:
-        names = self._names
+    def _send(self, statement: stmt.Send) -> None:
+        names, out, printer = self._names, self.out, self.printer
         prefix = names.own
         peer = 0 if statement.peer is None else names.symbol(statement.peer)
         is_port = statement.destination is stmt.Destination.PORT and statement.delay is None
@@ -246,14 +227,14 @@ class ContentPrinter:
             out.line(f"FSM_HOOK_LEFT(m, {prefix}_event, {event}, {peer}u);")
             out.line(f"{names.sending(statement.event, ())};")
             return
-        self._event(out, statement.event, statement.arguments, printer)
+        self._event(statement.event, statement.arguments)
         if statement.delay is not None:
             delay = printer.value(statement.delay, lang.DurationType())
             mark = names.marked(statement.id)
             route = f"{names.own_upper}_TO_{self._route(statement)}"
             if not isinstance(statement.delay, lang.Literal):
                 out.line(f"uint32_t delay = {delay};")
-                self._check(out, statement.delay)
+                self._check(statement.delay)
                 delay = "delay"
             out.line(f"{prefix}_delay(m, &e, {delay}, {mark}, {route}, {peer}u);")
         elif statement.destination is stmt.Destination.PORT:
@@ -288,9 +269,8 @@ class ContentPrinter:
             case destination:
                 return ROUTES[destination]
 
-    def _log(
-        self, out: Emitter, label: str, values: tuple[lang.Expr, ...], printer: Printer
-    ) -> None:
+    def _log(self, label: str, values: tuple[lang.Expr, ...]) -> None:
+        out, printer = self.out, self.printer
         if values:
             out.open("{")
         for number, value in enumerate(values):
@@ -299,112 +279,93 @@ class ContentPrinter:
                 continue
             stored = storage(value.type, self._names.records).text
             out.line(f"{stored} v{number} = {printer.value(value)};")
-        self._check(out, *values)
+        self._check(*values)
         out.lines(self._names.of_text(label, partial(_told, "FSM_LOG")))
         for number, value in enumerate(values):
             text = printer.value(value) if isinstance(value.type, lang.ArrayType) else f"v{number}"
-            self._show(out, value, printer, text)
+            self._show(value, text)
         out.line("FSM_HOOK_LINE(m);")
         if values:
             out.close()
 
-    def _show(self, out: Emitter, value: lang.Expr, printer: Printer, text: str) -> None:
-        del printer
+    def _show(self, value: lang.Expr, text: str) -> None:
         assert value.type is not None  # noqa: S101
-        show(out, value.type, text, self._names)
+        show(self.out, value.type, text, self._names)
 
-    def _if(
-        self,
-        out: Emitter,
-        statement: stmt.If[lang.Expr, stmt.Statement],
-        printer: Printer,
-        *,
-        failing: bool,
-    ) -> None:
+    def _if(self, statement: Choice) -> None:
         """Print a chain of conditions; one that fails is false, and raises ``error.execution``."""
-        depth = 0
+        out, depth = self.out, 0
         for branch in statement.branches:
             if branch is not statement.branches[0]:
                 out.turn("} else {")
             if branch.condition is None:
-                self._body(out, branch.body, printer, failing=failing)
+                self.statements(branch.body)
                 break
-            condition = printer.condition(branch.condition)
+            condition = self.printer.condition(branch.condition)
             if can_fail(branch.condition):
                 if not depth:
                     out.open()
                     depth += 1
-                condition = self._held(out, condition)
-                self._check(out, branch.condition)
+                condition = self._held(condition)
+                self._check(branch.condition)
             out.open(f"if ({condition}) {{")
             depth += 1
-            self._body(out, branch.body, printer, failing=failing)
+            self.statements(branch.body)
         for _ in range(depth):
             out.close()
 
-    def _held(self, out: Emitter, condition: str) -> str:
+    def _held(self, condition: str) -> str:
         """Print that a condition which can fail is evaluated; return the name of its value."""
         self._conditions += 1
         name = f"holds_{self._conditions}"
-        out.line(f"bool {name} = {condition};")
-        out.line(f"{name} = {self._names.own}_holds(m, {name});")
+        self.out.line(f"bool {name} = {condition};")
+        self.out.line(f"{name} = {self._names.own}_holds(m, {name});")
         self._names.used.add("holds")
         return name
 
-    def _body(self, out: Emitter, body: stmt.Block, printer: Printer, *, failing: bool) -> None:
-        for inner in body:
-            self._statement(out, inner, printer, failing=failing)
-
-
-@contextmanager
-def loop(
-    out: Emitter,
-    statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement],
-    printer: Printer,
-    names: Names,
-    copies: list[tuple[lang.Type, str]],
-) -> Iterator[None]:
-    """Print a loop around its body: over a copy of an array, or over numbers."""
-    array, number = statement.array, len(copies)
-    copies.append((array.type, f"copy_{number}"))
-    length = rounds_of(statement)
-    out.open("{")
-    if isinstance(array, lang.Numbers):
-        ctype = storage(statement.item.type, names.records).text
-        if array.is_counted:
-            least = array.numbers[0]
-            count = f"(int32_t)i_{number} {'-' if least < 0 else '+'} {abs(least)}"
-            if least >= 0:
-                count = f"i_{number} + {least}u" if least else f"i_{number}"
-            if array.numbers[-1] > 2**31 - 1 or least < 1 - 2**31:
-                count = f"(int64_t)i_{number} + {integer(least, 'int64_t')}"
-            element = f"({ctype})({count})"
-        else:
-            listed = ", ".join(integer(n, "int32_t") for n in array.numbers)
-            out.line(f"static const int32_t copy_{number}[] = {{{listed}}};")
-            element = f"({ctype})copy_{number}[i_{number}]"
-    else:
-        assert isinstance(array.type, lang.ArrayType)  # noqa: S101
-        stored = storage(array.type.element, names.records).text
-        source = printer.place(array)
-        out.line(f"{stored} copy_{number}[{length}];")
-        with out.block(f"for (uint32_t i = 0u; i < {length}u; i++) {{"):
-            out.line(f"copy_{number}[i] = {source}[i];")
-        element = f"copy_{number}[i_{number}]"
-    with out.block(f"for (uint32_t i_{number} = 0u; i_{number} < {length}u; i_{number}++) {{"):
-        for variable, text in ((statement.item, element), (statement.index, f"i_{number}")):
-            if variable is None:
-                continue
-            if variable.storage is lang.Storage.LOCAL:
-                place = printer.local(variable)
+    @contextmanager
+    def _loop(self, statement: Loop) -> Iterator[tuple[str, str]]:
+        """Print a loop over a copy of an array, or over numbers."""
+        names, out, printer = self._names, self.out, self.printer
+        array, number = statement.array, len(self.copies)
+        self.copies.append((array.type, f"copy_{number}"))
+        length = rounds_of(statement)
+        out.open("{")
+        if isinstance(array, lang.Numbers):
+            ctype = storage(statement.item.type, names.records).text
+            if array.is_counted:
+                least = array.numbers[0]
+                count = f"(int32_t)i_{number} {'-' if least < 0 else '+'} {abs(least)}"
+                if least >= 0:
+                    count = f"i_{number} + {least}u" if least else f"i_{number}"
+                if array.numbers[-1] > 2**31 - 1 or least < 1 - 2**31:
+                    count = f"(int64_t)i_{number} + {integer(least, 'int64_t')}"
+                element = f"({ctype})({count})"
             else:
-                place = printer.place(variable)
-            cast = f"({storage(variable.type, names.records).text})"
-            out.line(f"{place} = {cast if text == f'i_{number}' else ''}{text};")
-            if variable.storage is lang.Storage.LOCAL:
-                out.line(f"(void){place};")
-        yield
-    out.close()
+                listed = ", ".join(integer(n, "int32_t") for n in array.numbers)
+                out.line(f"static const int32_t copy_{number}[] = {{{listed}}};")
+                element = f"({ctype})copy_{number}[i_{number}]"
+        else:
+            assert isinstance(array.type, lang.ArrayType)  # noqa: S101
+            stored = storage(array.type.element, names.records).text
+            source = printer.place(array)
+            out.line(f"{stored} copy_{number}[{length}];")
+            with out.block(f"for (uint32_t i = 0u; i < {length}u; i++) {{"):
+                out.line(f"copy_{number}[i] = {source}[i];")
+            element = f"copy_{number}[i_{number}]"
+        with out.block(f"for (uint32_t i_{number} = 0u; i_{number} < {length}u; i_{number}++) {{"):
+            cast = (
+                "" if statement.index is None else storage(statement.index.type, names.records).text
+            )
+            yield element, f"({cast})i_{number}"
+        out.close()
+
+    def _set(self, variable: lang.Variable, text: str) -> None:
+        is_local = variable.storage is lang.Storage.LOCAL
+        place = self.printer.local(variable) if is_local else self.printer.place(variable)
+        self.out.line(f"{place} = {text};")
+        if is_local:
+            self.out.line(f"(void){place};")
 
 
 def show(out: Emitter, type_: lang.Type, text: str, names: Names) -> None:

@@ -13,7 +13,6 @@ from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
-from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import ArrayType, Expr, FunctionBody, Location
@@ -38,7 +37,7 @@ class _Function(ContentPrinter):
 
     def print(self, out: Unit) -> None:
         names, function = self._names, self.function
-        printer = Printer(names, is_sound=not can_fail(function.body))
+        self.printer = printer = Printer(names, is_sound=not can_fail(function.body))
         p, records = names.own, names.records
         machine = f"{p} *m" if can_stop(function.body) else f"const {p} *m"
         taken = [machine]
@@ -47,8 +46,7 @@ class _Function(ContentPrinter):
             ctype = storage(parameter.type, records).text
             is_array = isinstance(parameter.type, ArrayType)
             taken.append(f"const {ctype} *{name}" if is_array else f"{ctype} {name}")
-        body = Emitter()
-        self._body(body, function.body, printer, failing=True)
+        self.statements(function.body)
         result = storage(function.result, records).text
         called = f"{p}_{names.functions[function.name]}"
         out.define(called)
@@ -59,14 +57,15 @@ class _Function(ContentPrinter):
             if not printer.reads_machine:
                 out.line("(void)m;")
             out.lines(f"(void){printer.locals[part.name]};" for part in function.parameters)
-            out.lines(body.collected())
+            out.lines(self.out.collected())
         out.line()
 
-    def _assign(self, out: Emitter, location: Location, value: Expr, printer: Printer) -> None:
-        out.line(f"{printer.place(location)} = {printer.value(value, location.type)};")
-        self._check(out, value)
+    def _assign(self, location: Location, value: Expr) -> None:
+        text = self.printer.value(value, location.type)
+        self.out.line(f"{self.printer.place(location)} = {text};")
+        self._check(value)
 
-    def _held(self, out: Emitter, condition: str) -> str:
+    def _held(self, condition: str) -> str:
         self._conditions += 1
-        out.line(f"const bool holds_{self._conditions} = {condition};")
+        self.out.line(f"const bool holds_{self._conditions} = {condition};")
         return f"holds_{self._conditions}"
