@@ -280,7 +280,7 @@ class Names:
         """
         is_one_type = self.options.is_small and not self.plan.is_single
         regions = self.plan.regions if is_one_type else self.plan.regions[region : region + 1]
-        most = max(max(each.states, default=0) for each in regions)
+        most = max(each.states[-1] if each.states else 0 for each in regions)
         return "uint8_t" if most <= NARROW else "uint16_t"
 
     def number(self, state: int) -> str:

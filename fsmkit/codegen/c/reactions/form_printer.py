@@ -7,7 +7,7 @@ is taken, a function for each phase of a microstep looks up what that transition
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
@@ -20,7 +20,7 @@ from fsmkit.codegen.c.reactions.histories import HistoryPrinter
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
-from fsmkit.plan import Plan, Reaction
+from fsmkit.plan import Plan, Reaction, Variant
 from fsmkit.plan.operations import Ops
 
 Lines = tuple[str, ...]
@@ -41,6 +41,12 @@ class FormPrinter(ABC):
         self.selection = selection
         self.actions = ActionPrinter(names, content)
         self.histories = HistoryPrinter(names)
+        self.variants = {
+            each.index: self.plan.variants[each.index]
+            for each in self.chart.transitions
+            if each.trigger is not Trigger.INITIAL
+        }
+        """By transition: its variants; initial and default transitions are taken in paths."""
 
     # --- what each form prints in its own way ---------------------------------------------
 
@@ -123,27 +129,36 @@ class FormPrinter(ABC):
         """Return the entry of ``taken`` in the table of domains; an analysis sees its bound."""
         return f"taken - 1u < {count}u ? {self.own}_domain_of[taken - 1u] : 0u"
 
-    def by_history(self, out: Emitter, answer: Callable[[Reaction], Sequence[str]]) -> bool:
-        """Print the answer of transitions whose domain depends on a history, if there are any.
-
-        That of the last of their reactions follows behind.
-        """
-        found = [own for own in self.plan.reactions if len(own) > 1]
+    def by_history(self, out: Emitter, answer: Callable[[Variant], Sequence[str]]) -> bool:
+        """Print a switch with the answer of all variants but the last, if there are any."""
+        found = {index: own for index, own in self.variants.items() if len(own) > 1}
         if found:
-            with out.block("switch (taken) {"):
-                for *others, last in found:
-                    comment = self.selection.comment(self.chart.transitions[last.transition])
-                    with case(out, f"{last.transition + 1}u: /* {comment} */"):
-                        for reaction in others:
-                            tests = " && ".join(map(self.histories.within, reaction.conditions))
-                            with out.block(f"if ({tests}) {{"):
-                                out.lines(answer(reaction))
-                default(out)
+            self.over_variants(out, {index: own[:-1] for index, own in found.items()}, answer)
         return bool(found)
+
+    def over_variants(
+        self,
+        out: Emitter,
+        variants: Mapping[int, Sequence[Variant]],
+        answer: Callable[[Variant], Sequence[str]],
+    ) -> None:
+        """Print a switch over the number of what is taken, with the answers of its variants."""
+        with out.block("switch (taken) {"):
+            for index, own in variants.items():
+                note = self.selection.comment(self.chart.transitions[index])
+                with case(out, f"{index + 1}u: /* {note} */"):
+                    for variant in own:
+                        if not variant.conditions:
+                            out.lines(answer(variant))
+                            continue
+                        tests = " && ".join(map(self.histories.within, variant.conditions))
+                        with out.block(f"if ({tests}) {{"):
+                            out.lines(answer(variant))
+            default(out)
 
     def print_leave(self, out: Unit) -> None:
         """Print the function that exits all below a domain, by its number plus one."""
-        found = {_number(each.domain) for own in self.plan.reactions for each in own}
+        found = {_number(each.domain) for own in self.variants.values() for each in own}
         out.define("leave")
         out.line(f"static void {self.own}_leave({self.own} *m, uint16_t domain)")
         with out.block("{"):

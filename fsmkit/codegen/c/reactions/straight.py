@@ -15,7 +15,7 @@ from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
-from fsmkit.plan import Branch, Content, Enter, Reaction, Restore
+from fsmkit.plan import Branch, Content, Enter, Reaction, Restore, Variant
 from fsmkit.plan.entered import entered
 from fsmkit.plan.operations import Action, EndInvoked, Forget, Leave, LeaveRegion, Ops, Resume, Run
 
@@ -150,24 +150,20 @@ class StraightPrinter(FormPrinter):
             self.selection.over_regions(out, trigger, calls)
 
     def print_enter(self, out: Unit) -> None:
-        """Print what each transition enters."""
-        moving = [own for own in self.plan.reactions if own and own[0].domain is not None]
+        """Print the function that enters the entry set of a transition."""
+        moving = {n: own for n, own in self.variants.items() if own[0].domain is not None}
+
+        def enter(variant: Variant) -> Lines:
+            lines = Emitter()
+            self.entry(lines, variant.entry)
+            return (*lines.collected(), *(["break;"] if variant.conditions else []))
+
         out.define("enter")
         out.line(f"static void {self.own}_enter({self.own} *m, {self.names.taken_type} taken)")
         with out.block("{"):
             if not moving:
                 out.line("(void)m;")
-            with out.block("switch (taken) {"):
-                for *others, last in moving:
-                    comment = self.selection.comment(self.chart.transitions[last.transition])
-                    with case(out, f"{last.transition + 1}u: /* {comment} */"):
-                        for reaction in others:
-                            tests = " && ".join(map(self.histories.within, reaction.conditions))
-                            with out.block(f"if ({tests}) {{"):
-                                self.entry(out, reaction.enter)
-                                out.line("break;")
-                        self.entry(out, last.enter)
-                default(out)
+            self.over_variants(out, moving, enter)
         out.line()
 
 

@@ -30,7 +30,7 @@ from fsmkit.codegen.c.small.together import Together
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
-from fsmkit.plan import Content, Enter, Reaction
+from fsmkit.plan import Content, Enter, Reaction, Variant
 from fsmkit.plan.instances import Instance
 from fsmkit.plan.operations import Arm, Leave, Ops
 from fsmkit.plan.tables import EnterRecorded, Row, Skip, SkipUnless, Special, tables_of
@@ -285,10 +285,11 @@ class TablePrinter(FormPrinter):
         """Print the function that enters the entry set of a transition."""
         p, tables = self.own, self._tables
 
-        def enter(reaction: Reaction) -> Lines:
-            return self._enter_path(reaction.enter, reaction.domain), "return;"
+        def enter(variant: Variant) -> Lines:
+            return self._enter_path(variant.entry, variant.domain), "return;"
 
-        begins = [tables.path_of(n) if own else 0 for n, own in enumerate(self.plan.reactions)]
+        count = len(self.chart.transitions)
+        begins = [tables.path_of(n) if n in self.variants else 0 for n in range(count)]
         self.table(out, "path_of", begins, "By transition: where its path begins.")
         out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {self.names.taken_type} taken)")
