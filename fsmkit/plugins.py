@@ -41,7 +41,7 @@ def plugin(kind: type[Kind], name: str) -> Kind:
 
 def plugins(kind: type[Kind]) -> tuple[Kind, ...]:
     """Return every plug-in of a protocol, in order of name."""
-    return tuple(candidate for candidate in _all() if isinstance(candidate, kind))
+    return _of_kind(kind)
 
 
 def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:
@@ -57,6 +57,12 @@ def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:
             help=f"use one of {known}",
         )
     return by_suffix[max(fitting, key=len)]
+
+
+@cache
+def _of_kind(kind: type[Any]) -> tuple[Any, ...]:
+    """Return every plug-in of a protocol: to check its members takes longer than to read a file."""
+    return tuple(candidate for candidate in _all() if isinstance(candidate, kind))
 
 
 @cache

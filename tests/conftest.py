@@ -28,7 +28,7 @@ gc.set_threshold(20_000)
 STARTS = frozenset({"subprocess.Popen", "os.fork", "os.posix_spawn", "os.exec"})
 """Audited events of a process that begins."""
 started: list[str] = []
-"""Programs that were started since the present test began."""
+"""Programs started since the setup of the current test, which includes its fixtures."""
 
 
 def _audit(event: str, arguments: tuple[Any, ...]) -> None:
@@ -88,6 +88,12 @@ def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.Tes
     return report
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """Forget the programs of the test before."""
+    started.clear()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Where tests are chosen by markers, fail one that starts a program they do not announce."""
@@ -96,7 +102,6 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     params = getattr(item, "callspec", None)
     if params and any(getattr(v, "name", v) == "javascript" for v in params.params.values()):
         needs.tool("node")
-    started.clear()
     yield
     if not item.config.option.markexpr or item.get_closest_marker("external"):
         return

@@ -161,6 +161,7 @@ def test_a_class_without_the_operations_is_refused(lamp: Path) -> None:
         fsmkit.machine("nowhere.yaml")
 
 
+@pytest.mark.slow
 def test_a_file_is_what_it_holds(lamp: Path) -> None:
     assert isinstance(fsmkit.read(lamp), fsmkit.Chart)
     assert isinstance(fsmkit.read(CELL / "cell.yaml"), fsmkit.System)

@@ -31,9 +31,11 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(
         importlib.metadata, "entry_points", lambda group: [EntryPoint()] if group else []
     )
-    plugins._all.cache_clear()
+    for cached in (plugins._all, plugins._of_kind):
+        cached.cache_clear()
     yield
-    plugins._all.cache_clear()
+    for cached in (plugins._all, plugins._of_kind):
+        cached.cache_clear()
 
 
 def flat(random: Random) -> str:

@@ -77,7 +77,7 @@ def test_runtimes_and_engines_agree_at_eight_bits(kind: str, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("kind", "count"),
     [
-        (each.__name__, count)
+        pytest.param(each.__name__, count, marks=[pytest.mark.slow] if count > 1_000 else [])
         for each in NESTED
         for count in DEPTHS
         if each.__name__ != "nested_copies" or count <= 100  # each one is a file

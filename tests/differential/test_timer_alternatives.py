@@ -104,7 +104,7 @@ def test_both_notations_say_the_same(seed: int, tmp_path: Path) -> None:
     assert third.read_text() == write_yaml(document)
 
 
-@pytest.mark.parametrize("count", [1, 2, 30, 300])
+@pytest.mark.parametrize("count", [1, 2, 30, pytest.param(300, marks=pytest.mark.slow)])
 def test_a_delay_takes_one_timer(count: int, tmp_path: Path) -> None:
     listed = ", ".join(f"{{if: n == {n}, do: n = {n + 1}}}" for n in range(count))
     chart = chart_of(

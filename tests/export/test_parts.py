@@ -94,11 +94,13 @@ def check(automaton: Automaton, found: tuple[Joint, ...]) -> None:
         assert len(set(map(automaton.signature, joint.moves))) == 1
 
 
+@pytest.mark.cc
 def test_options_of_promela(supervisor: Network) -> None:
     (automaton,) = supervisor.automata
     check(automaton, joint_moves(automaton, Parts(supervisor).codes[0]))
 
 
+@pytest.mark.cc
 def test_edges_of_jani(supervisor: Network) -> None:
     """From each local state there are as many steps as moves, with their names."""
     (automaton,) = supervisor.automata
@@ -109,6 +111,7 @@ def test_edges_of_jani(supervisor: Network) -> None:
         assert len({move.label for move in edge.moves}) == 1
 
 
+@pytest.mark.cc
 def test_storm_has_each_state_and_each_step(supervisor: Network) -> None:
     need(has_storm(), "stormpy")
     import stormpy

@@ -24,7 +24,8 @@ from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
 MACHINES = Path(__file__).parents[2] / "machines"
-SMALL = ["fischer/fischer", "philosophers/table", "csma_cd/csma_cd", "fddi/fddi", "gantry/gantry",
+SMALL = ["fischer/fischer", "philosophers/table", "csma_cd/csma_cd",
+         pytest.param("fddi/fddi", marks=pytest.mark.slow), "gantry/gantry",
          "train_gate/train_gate", "production_cell/feeder"]  # fmt: skip
 CONDITIONS = [
     "a and b and c", "a or b", "a or b or c", "not (a and b)", "not (a or b)", "not not a",

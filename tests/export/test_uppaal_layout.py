@@ -28,7 +28,6 @@ def template(request: pytest.FixtureRequest) -> Template:
     return drawn(request.param)
 
 
-@pytest.mark.external
 @needs_dot
 def test_nothing_lies_on_a_label(template: Template) -> None:
     boxes = [*label_boxes(template), *location_boxes(template)]
@@ -37,6 +36,7 @@ def test_nothing_lies_on_a_label(template: Template) -> None:
     assert upon == []
 
 
+@needs_dot
 def test_edges_to_hubs_are_one_grey_bend_for_each_source(template: Template) -> None:
     names = {loc.id: loc.name for loc in template.locations}
     hubs = hubs_of(template)
@@ -50,6 +50,7 @@ def test_edges_to_hubs_are_one_grey_bend_for_each_source(template: Template) -> 
     assert all(len(of) == 1 and len(next(iter(of))) == 1 for of in bends.values())  # type: ignore[arg-type]
 
 
+@needs_dot
 def test_committed_locations_have_a_color(template: Template) -> None:
     assert {loc.color for loc in template.locations if loc.committed} == {COMMITTED}
 
@@ -61,6 +62,7 @@ def test_a_drawing_fits_on_a_large_screen(template: Template) -> None:
     assert int(root.get("height", "0")) < 3200
 
 
+@needs_dot
 def test_the_picture_shows_all_there_is(template: Template) -> None:
     root = etree.fromstring(picture(template).encode())
     texts = {text for one in root.iter("{*}text") if (text := one.text)}

@@ -19,6 +19,7 @@ from fsmkit.system.any_file import load_any
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.testgen.save import document
 from tests.inspector.conftest import Client
+from tests.parameters import sampled
 from tests.verify.random_systems import random_system
 from tests.verify.systems import AXIS, DRIVE, DRIVER
 
@@ -189,7 +190,7 @@ def test_machines_and_what_they_pass_on(tmp_path: Path, time: str) -> None:
             client.result("step", how="timer")
 
 
-@pytest.mark.parametrize("seed", [0, 1, 3, 4, 5, 7, 8, 9])
+@pytest.mark.parametrize("seed", sampled([1, 7, 3, 0, 4, 9, 5, 8], every=2))
 def test_random_systems_are_performed_again(tmp_path: Path, seed: int) -> None:
     for path in traces(tmp_path, random_system(seed)).values():
         recorded = agrees(path)

@@ -69,7 +69,9 @@ class OfSession:
         return self.session[name]
 
 
-@pytest.fixture(params=["session", "python", "pyext"], scope="module")
+@pytest.fixture(
+    params=["session", "python", pytest.param("pyext", marks=pytest.mark.cc)], scope="module"
+)
 def machine_class(request: pytest.FixtureRequest, require_tool: Callable[[str], str]) -> Any:
     if request.param == "session":
         return OfSession

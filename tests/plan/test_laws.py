@@ -15,6 +15,7 @@ from fsmkit.chart.loading import load
 from fsmkit.chart.structure import is_internal, lcca
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.plan import Branch, Enter, Op, Plan, Restore, lower
+from tests.parameters import sampled
 
 
 @cache
@@ -22,7 +23,7 @@ def random_plan(number: int) -> Plan:
     return lower(random_case(23, number).chart)
 
 
-@pytest.fixture(params=range(60))
+@pytest.fixture(params=sampled(range(60), every=4))
 def plan(request: pytest.FixtureRequest) -> Plan:
     return random_plan(request.param)
 

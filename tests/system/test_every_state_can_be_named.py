@@ -10,6 +10,7 @@ import pytest
 import fsmkit
 from fsmkit.system.of_one_chart import system_of_chart
 from fsmkit.system.system import System
+from tests.parameters import sampled
 
 WORDS = ("a", "b", "m", "i", "left", "In_", "occurs_", "all_", "x1")
 """Names of states, data, events, operations, copies and machines alike."""
@@ -74,7 +75,7 @@ def parts(folder: Path, seed: int) -> tuple[random.Random, list[str], str]:
     return draw, words, text.split("in: [")[1].split("]")[0]
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", sampled(range(60), every=4))
 def test_in_the_properties_of_a_chart(seed: int, tmp_path: Path) -> None:
     draw, words, event = parts(tmp_path, seed)
     text = chart(draw, words, event)
@@ -91,7 +92,7 @@ def test_in_the_properties_of_a_chart(seed: int, tmp_path: Path) -> None:
             assert seen[f"p{form}_{place}"] == {(0, number)}, state
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", sampled(range(60), every=4))
 def test_in_the_properties_of_a_system_with_arrays(seed: int, tmp_path: Path) -> None:
     draw, words, event = parts(tmp_path, seed)
     (tmp_path / "chart.yaml").write_text(chart(draw, words, event))

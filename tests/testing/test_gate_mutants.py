@@ -43,6 +43,7 @@ def run(folder: Path, gate: str) -> int:
     return execute(["test", str(folder)])
 
 
+@pytest.mark.slow
 def test_mutants_of_the_gate_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert TESTS.count("\n") < 20
     assert run(tmp_path, GATE) == 0

@@ -89,14 +89,15 @@ def test_random_states_and_transitions_have_ids_in_svg(document: Document) -> No
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
 def test_every_state_is_declared_once(path: Path) -> None:
     chart = load(path)
+    as_dot, as_mermaid, as_plantuml = (drawn(n, chart) for n in ("dot", "mermaid", "plantuml"))
     for state in chart.states[1:]:
         is_cluster = state.kind in (Kind.COMPOUND, Kind.PARALLEL)
         dot = rf"subgraph \"cluster_{state.index}\"" if is_cluster else rf"^ +s{state.index} \["
         is_choice = state.kind is Kind.CHOICE
         mermaid = rf"state s{state.index} <<choice>>" if is_choice else rf'" as s{state.index}\b'
-        assert len(re.findall(dot, drawn("dot", chart), re.MULTILINE)) == 1
-        assert len(re.findall(mermaid, drawn("mermaid", chart))) == 1
-        assert len(re.findall(rf'" as s{state.index}\b', drawn("plantuml", chart))) == 1
+        assert len(re.findall(dot, as_dot, re.MULTILINE)) == 1
+        assert len(re.findall(mermaid, as_mermaid)) == 1
+        assert len(re.findall(rf'" as s{state.index}\b', as_plantuml)) == 1
 
 
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)

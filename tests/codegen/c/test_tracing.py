@@ -21,6 +21,7 @@ from fsmkit.runtime.script import run_script
 from fsmkit.testing.harness import c as harness
 from tests.codegen.c.recorded import include_instead, play_all
 
+pytestmark = pytest.mark.cc
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 TRACED = Options(extras=frozenset({"save", "trace"}))
 RANDOM = 25
@@ -105,7 +106,6 @@ def lamp(tmp_path_factory: pytest.TempPathFactory) -> tuple[Chart, bytes, bytes]
 
 
 @pytest.mark.slow
-@pytest.mark.cc
 def test_random_charts_are_replayed(tmp_path: Path) -> None:
     cases = (random_case(11, number) for number in range(RANDOM * 2))
     jobs = [(c.chart, c.script) for c in cases if not image_of(c.chart).stores_symbols][:RANDOM]
@@ -118,7 +118,6 @@ def test_random_charts_are_replayed(tmp_path: Path) -> None:
         assert [line.rpartition(": t ")[2].split()[0] for line in shown] == last
 
 
-@pytest.mark.cc
 def test_invoked_machines_are_replayed(tmp_path: Path) -> None:
     chart = load(SHOP)
     script = ["start 0", "post go", "run 1", "post order 3", "run 5", "run 400", "post stop",
@@ -146,7 +145,6 @@ def from_restored(log: bytes) -> bytes:
     return log[at:]
 
 
-@pytest.mark.cc
 def test_what_is_refused_within_a_step_is_not_logged(tmp_path: Path) -> None:
     (tmp_path / "lamp.yaml").write_text(LAMP)
     chart = load(tmp_path / "lamp.yaml")
@@ -165,7 +163,6 @@ def test_what_is_refused_within_a_step_is_not_logged(tmp_path: Path) -> None:
     assert list(replay(chart, plain[0])) == run_script(chart, script)
 
 
-@pytest.mark.cc
 def test_a_log_may_begin_at_a_restored_machine(
     lamp: tuple[Chart, bytes, bytes], restored: bytes
 ) -> None:
@@ -226,7 +223,6 @@ def test_what_is_no_log_of_the_chart_is_refused(
         list(ring_lines(chart, log))
 
 
-@pytest.mark.cc
 @pytest.mark.parametrize("number", [0, 99, 0xFFFFFFFF])
 def test_an_event_that_the_chart_does_not_have_is_named(number: int, tmp_path: Path) -> None:
     path = tmp_path / "lamp.yaml"
@@ -263,7 +259,6 @@ def test_the_verb_run_replays(
     assert execute(["run", str(path), "--replay", str(tmp_path / "log"), "--events", "ask"]) == 2
 
 
-@pytest.mark.cc
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "g++"])
 @pytest.mark.parametrize("defined", [(), ("-DFSM_LOGGED",), ("-DFSM_TRACE_RECORDS=0",)])
 def test_no_warning(

@@ -18,6 +18,8 @@ from fsmkit.codegen.python.loading import load_machine
 from fsmkit.testing.harness.pyext import load_class
 from tests.codegen.pyext.press import PRESS, Host, script, seen
 
+pytestmark = pytest.mark.cc  # the class of the press is compiled
+
 
 @pytest.fixture(scope="module")
 def chart(tmp_path_factory: pytest.TempPathFactory) -> Chart:
@@ -44,7 +46,6 @@ def press(press_class: type[Any], host: Host) -> Any:
     return machine
 
 
-@pytest.mark.cc
 def test_a_script_does_the_same_on_both(chart: Chart, press_class: type[Any]) -> None:
     hosts = Host(), Host()
     by_python, by_c = load_machine(chart)(hosts[0]), press_class(hosts[1])
@@ -337,7 +338,6 @@ def test_it_is_saved_as_the_python_module_saves_it(chart: Chart, press_class: ty
             machine.save()
 
 
-@pytest.mark.cc
 def test_it_has_a_trace_if_asked_for(chart: Chart, press: Any, tmp_path: Path) -> None:
     del tmp_path
     assert not hasattr(press, "trace")

@@ -109,7 +109,7 @@ KEYS = st.sampled_from(
 )
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(st.lists(st.tuples(COMMANDS, st.dictionaries(KEYS, VALUES, max_size=4)), max_size=6))
 def test_any_request_before_a_session_is_answered_once(asked: list[tuple[str, Json]]) -> None:
     editor = Editor()

@@ -30,6 +30,7 @@ def broken(steps: int, taken: int = TAKEN) -> dict[str, float]:
     return judge.broken
 
 
+@pytest.mark.slow
 def test_a_window_begins_while_the_belt_moves(monkeypatch: pytest.MonkeyPatch) -> None:
     steps = judging.KEPT + 10 * PERIOD
     assert broken(steps) == {}

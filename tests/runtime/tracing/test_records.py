@@ -203,7 +203,7 @@ def test_losses_are_counted() -> None:
 
 def test_a_flood_is_read_in_time() -> None:
     stream = Stream([NUMBERING])
-    flood = b"\x73" * 40_000 + b"\x73\x8c\x00" * 6_000
+    flood = b"\x73" * 16_000 + b"\x73\x8c\x00" * 2_400
     assert sum(1 for _ in stream.feed(flood)) == 0
     (left,) = stream.end()
     assert isinstance(left.told, Spoilt)

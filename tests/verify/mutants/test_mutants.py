@@ -182,6 +182,7 @@ def test_a_changed_chart_in_place_is_the_system_read_anew(buffer: Path) -> None:
     assert in_place > 20
 
 
+@pytest.mark.slow
 def test_what_one_system_does_not_find_another_may(
     buffer: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -245,6 +246,7 @@ def interrupt_after(number: int, path: Path, folder: Path) -> None:
     assert first.left == first.possible - number - first.same - first.broken
 
 
+@pytest.mark.slow
 def test_an_interrupted_campaign_goes_on(
     buffer: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
