@@ -41,7 +41,8 @@ def plugin(kind: type[Kind], name: str) -> Kind:
 
 def plugins(kind: type[Kind]) -> tuple[Kind, ...]:
     """Return every plug-in of a protocol, in order of name."""
-    return _of_kind(kind)
+    key: Any = kind
+    return tuple(_of_kind(key))
 
 
 def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:

@@ -87,12 +87,13 @@ def philosophers(count: int, mixed: bool) -> tuple[int, int, int]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "cores"), [*product((2, 3, 5, 8), (1, 2, 3)), (11, 1), (11, 3)])
+@pytest.mark.parametrize(("count", "cores"), [*product((2, 3, 5, 8), (1, 2, 3)), (9, 1), (9, 3)])
 @pytest.mark.parametrize("kind", ["left", "mixed", "sparse left", "sparse mixed"])
 def test_counts_states_and_finds_the_nearest_deadlock(
     toy: Path, count: int, kind: str, cores: int
 ) -> None:
-    command = [str(toy), str(count), kind, str(1 << 30), str(cores)]
+    memory = 1 << 24  # too little for a bit of each of 8^9 states
+    command = [str(toy), str(count), kind, str(memory), str(cores)]
     told = subprocess.run(command, capture_output=True, text=True, check=True)
     figures = list(map(int, told.stdout.split()))
     end, states, edges, _, deadlock, livelock, traps, _, dense, other = figures
