@@ -28,7 +28,7 @@ from fsmkit.emit.version import VERSION
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
     from fsmkit.diagnostics import Findings, FsmkitError
-    from fsmkit.export.exporter import Exported
+    from fsmkit.export.exporter import ExportedModel
     from fsmkit.runtime.clock import Clock, SimulatedClock, WallClock
     from fsmkit.runtime.host_methods import Delivery
     from fsmkit.runtime.node import Node
@@ -357,7 +357,7 @@ def export(
     most: int = 1_000_000,
     timeout: float = 0,
     findings: Findings | None = None,
-) -> Exported:
+) -> ExportedModel:
     """Write a chart or a system, closed as it is explored, for another tool.
 
     Args:
@@ -379,16 +379,16 @@ def export(
             ``export-too-large`` beyond ``most`` and ``timeout``; ``no-such-property``.
 
     """
-    from fsmkit.export.exporter import Exporter, ExportOptions, given_up_at
+    from fsmkit.export.exporter import Exporter, ExportOptions, export_deadline
     from fsmkit.plugins import plugin
-    from fsmkit.verify.explore import asking_only
+    from fsmkit.verify.explore import with_properties
     from fsmkit.verify.resources.deadline import Deadline, Stage
 
     exporter, deadline = plugin(Exporter, notation), Deadline(timeout)
     found = _collection(findings)
-    with given_up_at(deadline):
+    with export_deadline(deadline):
         with deadline.stage(Stage.READING):
-            system = asking_only(_system(subject, found), frozenset(properties))
+            system = with_properties(_system(subject, found), frozenset(properties))
         silent = assume_watchdogs_silent
         options = ExportOptions(time == "untimed", silent, most, deadline, findings=found)
         with deadline.stage(Stage.EXPLORING):

@@ -1,4 +1,4 @@
-"""Exports: a ClosedSystem in, a model in the notation of another tool out.
+"""Export systems: a ClosedSystem in, a model in the notation of another tool out.
 
-What a notation cannot say of a system is a finding, never left out in silence.
+Features of a system that a notation does not support are findings, never omitted silently.
 """

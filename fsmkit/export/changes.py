@@ -1,6 +1,6 @@
-"""Steps of a machine that change components alike, and so can be said at once.
+"""Group steps of a machine that change components alike, so that one statement expresses them.
 
-One by one, the steps of a chart that stands open are more than tools read.
+Separately, the steps of a chart with an unrestricted environment are more than tools read.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ Change = Mapping[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """Moves that do the same, from different local states, and change components alike."""
+    """Moves with the same effect, from different local states, that change components alike."""
 
     moves: tuple[Move, ...]
     change: Change
 
     @property
     def sources(self) -> frozenset[int]:
-        """The local states that they come from."""
+        """The local states in which they start."""
         return frozenset(move.source for move in self.moves)
 
 
 def joint_moves(
     automaton: Automaton, codes: Sequence[Code], *, named: bool = False
 ) -> tuple[Joint, ...]:
-    """Return the moves of a machine by what they do, and by what they change.
+    """Return the moves of a machine grouped by their effects and their changes.
 
-    ``named``: only moves of one label go together, and of one local state no two, so from a local
-    state there are as many steps as moves.
+    ``named``: only moves of one label are grouped, and at most one per local state. A local state
+    then has as many steps as moves.
     """
     groups: dict[Hashable, list[Move]] = {}
     counts: Counter[Hashable] = Counter()
@@ -56,10 +56,10 @@ def joint_moves(
 def changes(
     codes: Sequence[Code], steps: Sequence[tuple[int, int]], but: Collection[int] = ()
 ) -> Iterator[tuple[Change, list[int]]]:
-    """Yield what steps between local states change, and the places of those that change just that.
+    """Yield the changes of steps between local states, and the steps with exactly this change.
 
-    A step that changes less counts as one that changes more, if it comes to the same. Some
-    components may be left out.
+    A step that changes less counts as one that changes more, if the result is the same. ``but``:
+    omitted components.
     """
     exact: dict[tuple[tuple[int, int], ...], list[int]] = {}
     for place, (before, after) in enumerate(steps):
@@ -86,12 +86,12 @@ def _has(code: Code, change: Iterable[tuple[int, int]]) -> bool:
     return all(code[n] == value for n, value in change)
 
 
-def by_themselves(
+def shifting_components(
     codes: Sequence[Code], steps: Sequence[tuple[int, int]]
 ) -> dict[int, dict[int, set[int]]]:
-    """Return the components that steps change as functions of themselves: by how much, from where.
+    """Return the components that steps change as functions of themselves: shift and sources.
 
-    A value from which a component does not change is left out.
+    Values from which a component does not change are omitted.
     """
     found: dict[int, dict[int, set[int]]] = {}
     for component in range(len(codes[0])):

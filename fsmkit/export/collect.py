@@ -1,4 +1,4 @@
-"""From what is known of the local steps of a closed system to its network of automata."""
+"""Build the network of automata of a closed system from its local steps."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import replace
 from fsmkit.chart.analysis.partition import Partition
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.emit import plain
-from fsmkit.export.explored import Explored, local_steps_of
-from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.explored import LocalExploration, local_steps_of
+from fsmkit.export.exporter import ExportedModel, ExportOptions
 from fsmkit.export.identifiers import Names
 from fsmkit.export.local_states import in_order, names_and_texts
 from fsmkit.export.network import Arrival, Automaton, Local, Move, Network, Place, Sent
@@ -26,20 +26,20 @@ from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.global_steps import LocalState
 
 
-def exported(
+def export_network(
     system: System, options: ExportOptions, write: Callable[[Network, Findings], str]
-) -> Exported:
+) -> ExportedModel:
     """Explore a system, and write its network."""
     network = network_of(system, options)
     figures = {"states": network.states, "transitions": network.transitions}
-    return Exported(write(network, options.findings), figures)
+    return ExportedModel(write(network, options.findings), figures)
 
 
 def network_of(system: System, options: ExportOptions) -> Network:
-    """Explore a system, and keep the local steps.
+    """Explore a system, and collect the local steps.
 
-    Raises `FsmkitError`: ``export-too-large`` beyond the limits, ``not-exported`` where a schedule
-    orders what moves, or a node may freeze.
+    Raises `FsmkitError`: ``export-too-large`` beyond the limits, ``not-exported`` if a schedule
+    orders the machines, or if a node may freeze.
     """
     closed = close(system, untimed=options.untimed, silent=options.silent)
     if closed.system.schedule is not None:
@@ -47,7 +47,7 @@ def network_of(system: System, options: ExportOptions) -> Network:
             "not-exported",
             "a cyclic schedule is not exported",
             closed.system.schedule.span,
-            help="export the system without `schedule`: that does all that the schedule allows",
+            help="export the system without `schedule`: that includes all scheduled behaviour",
         )
     for freezer in closed.system.freezers:
         raise fail(
@@ -72,10 +72,10 @@ def network_of(system: System, options: ExportOptions) -> Network:
 
 
 class _Part:
-    """One machine, on its way to be an automaton. Local states here have no queue."""
+    """A machine in conversion to an automaton. Local states here have no queue."""
 
     def __init__(
-        self, closed: ClosedSystem, machine: int, explored: Explored, partition: Partition
+        self, closed: ClosedSystem, machine: int, explored: LocalExploration, partition: Partition
     ) -> None:
         """Collect the local states: those of global states, and those between messages."""
         self._closed = closed
@@ -108,7 +108,7 @@ class _Part:
         self._contents: dict[tuple[int, ...], None] = {(): None}
 
     def _keeps_queue(self) -> bool:
-        """Whether the queue must be part of the local state: not only its head counts."""
+        """Whether the queue must be part of the local state, because not only its head counts."""
         defers = any(index_of(self._chart).defers)
         return self._instance.is_monitor or bool(self._chart.invocations) or defers
 
@@ -132,10 +132,10 @@ class _Part:
         snapshot = self._explored.local_states[self._machine][number].snapshot
         return Place(self._number(snapshot), self._waiting(snapshot.queue))
 
-    # --- what happens ----------------------------------------------------------------------------
+    # --- steps -----------------------------------------------------------------------------------
 
     def collect(self, parts: list[_Part]) -> None:
-        """Collect the steps, after which all machines know what can come to them."""
+        """Collect the steps; then all machines know their possible messages."""
         for local in self._members:
             snapshot = local.snapshot
             source = self._number(snapshot)
@@ -163,7 +163,7 @@ class _Part:
             source,
             self._number(outcome.after),
             step,
-            outcome.who,
+            outcome.mover,
             cause(self._closed, before, step),
             self._shown(before, step),
             taken,
@@ -179,7 +179,7 @@ class _Part:
             self._moves[key] = move
 
     def _shown(self, before: Snapshot, step: Step) -> str:
-        """Return the label of a step, for all payloads that are not distinguished from its own."""
+        """Return the label of a step, for all payloads that are equivalent to its own."""
         occurrence = occurrence_of(self._closed, before, step)
         if occurrence is None:
             return cause(self._closed, before, step)
@@ -198,7 +198,7 @@ class _Part:
     # --- the automaton ---------------------------------------------------------------------------
 
     def automaton(self) -> Automaton:
-        """Return what was collected."""
+        """Return the automaton of the collected steps."""
         return Automaton(
             self._instance.name,
             self._instance.environment,

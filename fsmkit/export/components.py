@@ -1,12 +1,12 @@
-"""Local states by their components: where regions are, what variables hold, when timers are due.
+"""Local states by components: states of regions, values of variables, deadlines of timers.
 
-A notation with variables says a local state by its components, so that a move names what it changes
-and nothing else. With a number for the whole it would need a move for each value of all the rest.
+A notation with variables expresses a local state by its components, so that a move names only its
+changes. With a number for the whole state it would need a move for each value of all the rest.
 
-Sets of local states are covered by cubes, as few as a greedy search finds. What no local state is
-made of may be in a cube or not: such combinations never come up, since each move leads from a local
-state to another. So a set is covered by prime implicants with these as don't-cares (McCluskey,
-Minimization of Boolean Functions, 1956), one for what is not yet covered at a time.
+Sets of local states are covered by cubes, as few as a greedy search finds. Combinations that are no
+local state may be in a cube or not: they never occur, since each move leads from a local state to
+another. So a set is covered by prime implicants with these as don't-cares (McCluskey, Minimization
+of Boolean Functions, 1956), one at a time for the uncovered rest.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TRUTH = ["false", "true"]
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A part of local states. ``texts`` says what its numbers mean, ``words`` in identifiers.
+    """A part of local states. ``texts``: the meaning of its numbers; ``words``: as identifiers.
 
     ``plain``: the word is the number itself, or ``true`` or ``false``.
     """
@@ -47,7 +47,7 @@ class Component:
     plain: bool
 
     def note(self, number: int) -> str:
-        """Return what a number means, if its word does not tell."""
+        """Return the meaning of a number, if its word does not show it."""
         text = self.texts[number]
         return "" if text.replace(" ", "_") == self.words[number] else text
 
@@ -69,15 +69,15 @@ def components_of(
     others = [column for key, column in columns.items() if key != ARMED_FIRST]
     if len(set(zip(*others, strict=True))) == len(snapshots):
         columns.pop(ARMED_FIRST, None)
-    numbered = [_numbered(key[0], column) for key, column in columns.items()]
+    numbered = [_number_values(key[0], column) for key, column in columns.items()]
     codes = list(zip(*(numbers for _, numbers in numbered), strict=True)) if numbered else [()]
     if len(set(codes)) < len(snapshots):
         raise AssertionError("two local states have the same components")
     return tuple(component for component, _ in numbered), tuple(codes)
 
 
-def _numbered(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
-    """Return a component, and its number in each local state; whole numbers by themselves."""
+def _number_values(name: str, column: Sequence[Fact]) -> tuple[Component, list[int]]:
+    """Return a component, and its number in each local state; whole numbers are kept."""
     values = sorted(set(column), key=lambda fact: fact.rank)
     texts = [fact.text for fact in values]
     if set(texts) <= NUMBERS and len(set(texts)) == len(texts):
@@ -101,7 +101,7 @@ class Cubes:
     """The local states of a machine, as sets: bit n of a mask is the local state n."""
 
     def __init__(self, codes: Sequence[Code]) -> None:
-        """Make the mask of each value of each component."""
+        """Compute the mask of each value of each component."""
         self._codes = codes
         self._all = (1 << len(codes)) - 1
         self._masks: list[dict[int, int]] = []
@@ -112,7 +112,7 @@ class Cubes:
             self._masks.append({value: _mask(found) for value, found in sorted(members.items())})
 
     def cover(self, locals_: Collection[int]) -> list[Cube]:
-        """Return cubes that hold these local states and no others."""
+        """Return cubes that hold exactly these local states."""
         left = _mask(locals_)
         outside = self._all & ~left
         found = []
@@ -124,9 +124,9 @@ class Cubes:
         return found
 
     def _widened(self, code: Code, outside: int) -> tuple[Cube, int]:
-        """Return a largest cube around a local state, of none outside, and its members.
+        """Return a maximal cube around a local state, disjoint from ``outside``, and its members.
 
-        A value that no member would have is not in it: it would only puzzle who reads that.
+        Values that no member has are removed, for the reader.
         """
         kept = {n: masks[code[n]] for n, masks in enumerate(self._masks)}
         for component in reversed(list(kept)):
@@ -160,7 +160,7 @@ class Parts:
     """By machine: ``components``, and ``codes``, its local states by them."""
 
     def __init__(self, network: Network) -> None:
-        """Take the local states apart."""
+        """Split the local states into components."""
         charts = network.closed.charts
         found = [
             components_of(
@@ -175,13 +175,13 @@ class Parts:
         self._cubes = tuple(map(Cubes, self.codes))
 
     def cover(self, machine: int, locals_: Collection[int]) -> list[Cube] | None:
-        """Return cubes that hold just these local states; None for all local states."""
+        """Return cubes that hold exactly these local states; None for all local states."""
         if len(set(locals_)) == len(self.codes[machine]):
             return None
         return self._cubes[machine].cover(locals_)
 
     def excluded(self, machine: int, component: int, values: Collection[int]) -> int | None:
-        """Return the value of a component that alone is not among several."""
+        """Return the only value of a component that is not in ``values``."""
         others = [n for n in self.components[machine][component].texts if n not in values]
         return others[0] if len(others) == 1 < len(values) else None
 

@@ -1,7 +1,7 @@
-"""What the machines of a closed system do, each by itself, in all global states together.
+"""Compute the local steps of each machine of a closed system, over all of its global states.
 
-The core explores, and says which local states there were and which messages came to them; the
-interpreter then performs each local step once. Without a compiler the interpreter does it all.
+The core explores, and reports the local states and the messages to them; the interpreter then
+performs each local step once. Without a compiler the interpreter does both.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ MEMORY = 4 << 30
 """Bytes that the core may use."""
 
 
-class Explored(GlobalSteps):
-    """All global states, and the local states that are in one."""
+class LocalExploration(GlobalSteps):
+    """All global states, and the local states in them."""
 
     def __init__(self, closed: ClosedSystem) -> None:
-        """Begin with nothing explored."""
+        """Start without states."""
         super().__init__(closed, ReducedSuccessors(closed))
         self.starts: list[State] = []
         self.how_started: tuple[tuple[Step, ...], ...] = ()
@@ -36,8 +36,8 @@ class Explored(GlobalSteps):
         self.transitions = 0
         self.reached: tuple[set[int], ...] = tuple(set() for _ in closed.charts)
 
-    def begin(self) -> list[Edge]:
-        """Start the machines in all ways in which they can."""
+    def start(self) -> list[Edge]:
+        """Start the machines with all possible choices."""
         edges = list(self.initial())
         ways: dict[State, tuple[Step, ...]] = {}
         for edge in edges:
@@ -47,7 +47,7 @@ class Explored(GlobalSteps):
 
     def run(self, options: ExportOptions) -> None:
         """Reach all global states by the interpreter."""
-        self.begin()
+        self.start()
         for state, edges in breadth_first(self, dict.fromkeys(self.starts, 0), options):
             self.states += 1
             self.transitions += len(edges)
@@ -59,12 +59,12 @@ class Explored(GlobalSteps):
         _Follower(self, graph).run()
 
 
-def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> Explored:
-    """Return the local steps of all that can be reached.
+def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> LocalExploration:
+    """Return the local steps of all reachable local states.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits.
     """
-    explored = Explored(closed)
+    explored = LocalExploration(closed)
     try:
         if compiler() is None:
             explored.run(options)
@@ -75,7 +75,9 @@ def local_steps_of(closed: ClosedSystem, options: ExportOptions) -> Explored:
     return explored
 
 
-def _explore_by_core(closed: ClosedSystem, options: ExportOptions, explored: Explored) -> None:
+def _explore_by_core(
+    closed: ClosedSystem, options: ExportOptions, explored: LocalExploration
+) -> None:
     limited = within_limits(closed, options)
     with closing(CEngine(closed, Findings(), options.deadline)) as engine:
         command = [str(engine.program), "--graph", "--memory", str(MEMORY), *engine.limits(0)]
@@ -101,9 +103,9 @@ def _explore_by_core(closed: ClosedSystem, options: ExportOptions, explored: Exp
 
 
 class _Follower:
-    """Finds the local states of the interpreter that are those of the core."""
+    """Matches the local states of the interpreter with those of the core."""
 
-    def __init__(self, explored: Explored, graph: dict[str, Any]) -> None:
+    def __init__(self, explored: LocalExploration, graph: dict[str, Any]) -> None:
         self._explored = explored
         self._steps = graph["locals"]
         self._starts = graph["starts"]
@@ -116,7 +118,7 @@ class _Follower:
 
     def run(self) -> None:
         """Follow all steps, then all messages, until nothing is new."""
-        edges = self._explored.begin()
+        edges = self._explored.start()
         for edge, locals_ in zip(edges, self._starts, strict=True):
             for machine, (ours, theirs) in enumerate(zip(edge.to, locals_, strict=True)):
                 self._same(machine, theirs, ours)
@@ -133,7 +135,7 @@ class _Follower:
                         self._same(machine, after, number)
 
     def _same(self, machine: int, theirs: int, ours: int) -> None:
-        """Remember which local state is which; the core and the interpreter must agree."""
+        """Record a pair of equal local states; the core and the interpreter must agree."""
         known = self._numbers.get((machine, theirs))
         if known is None:
             self._numbers[machine, theirs] = ours

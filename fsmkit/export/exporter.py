@@ -1,4 +1,4 @@
-"""What writes a closed system in the notation of another tool, a plug-in (`fsmkit.plugins`)."""
+"""The protocol of exporters: plug-ins that write a closed system in another notation."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from fsmkit.verify.resources.deadline import Deadline, TimeUp
 
 @dataclass(frozen=True, slots=True)
 class ExportOptions:
-    """How to export: time and watchdogs as `verify.explore` takes them, and where to give up.
+    """How to export: time and watchdogs as for `verify.explore`, and limits.
 
-    ``most``: states that are explored. Where the ``deadline`` passes, `TimeUp` is raised.
-    ``progress`` gets states and transitions so far, ``findings`` the properties left out.
+    ``most``: the maximum number of explored states. After the ``deadline``, `TimeUp` is raised.
+    ``progress`` is called with states and transitions so far; ``findings`` receives omitted
+    properties.
     """
 
     untimed: bool = False
@@ -32,34 +33,34 @@ class ExportOptions:
     findings: Findings = field(default_factory=Findings)
 
 
-def leave_out(property_: Property, why: str, findings: Findings | None) -> None:
-    """Report that a notation does not say a property."""
+def report_omitted(property_: Property, why: str, findings: Findings | None) -> None:
+    """Report that a notation cannot express a property."""
     if findings is not None:
         findings.add(
             "property-not-exported",
-            f"`{property_.name}` is left out: {plain(why)}",
+            f"`{property_.name}` is omitted: {plain(why)}",
             property_.span,
             help=f"`fsmkit check --property {plain(property_.name)}` decides it",
         )
 
 
 @contextmanager
-def given_up_at(deadline: Deadline) -> Iterator[None]:
-    """Report a deadline that passes within as an error (``export-too-large``)."""
+def export_deadline(deadline: Deadline) -> Iterator[None]:
+    """Report a deadline that passes in the body as an error (``export-too-large``)."""
     try:
         yield
     except TimeUp:
         raise fail(
             "export-too-large",
             f"nothing is exported: {deadline.why()}",
-            help="give more with `--timeout`, of which compiling the explorer takes its part until "
-            "it is kept, or export a smaller system",
+            help="increase `--timeout`, which includes compiling the explorer until "
+            "it is cached, or export a smaller system",
         ) from None
 
 
 @dataclass(frozen=True, slots=True)
-class Exported:
-    """A text, and figures of it, by name: ``states``, ``transitions``."""
+class ExportedModel:
+    """A text, and its figures by name: ``states``, ``transitions``."""
 
     text: str
     figures: Mapping[str, int]
@@ -73,29 +74,31 @@ class Exporter(Protocol):
     summary: str
     """For whom it is: a few words for ``--help``."""
 
-    def export(self, system: System, options: ExportOptions) -> Exported:
-        """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
+    def export(self, system: System, options: ExportOptions) -> ExportedModel:
+        """Return the text. Raises `FsmkitError` with location and fix for unsupported features."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Notation:
-    """An exporter whose work the module ``model`` beside a plug-in does, imported when it runs."""
+    """An exporter implemented by the module ``model`` beside its plug-in, imported on use."""
 
     name: str
     summary: str
     package: str
 
-    def export(self, system: System, options: ExportOptions) -> Exported:
-        """Return what ``export`` of that module does."""
-        exported: Exported = import_module(f"{self.package}.model").export(system, options)
+    def export(self, system: System, options: ExportOptions) -> ExportedModel:
+        """Return the result of that module's ``export``."""
+        exported: ExportedModel = import_module(f"{self.package}.model").export(system, options)
         return exported
 
 
 @runtime_checkable
 class RefinementExporter(Exporter, Protocol):
-    """Writes, too, whether a chart refines another (`verify.properties.refinement`)."""
+    """An exporter that also writes refinements (`verify.properties.refinement`)."""
 
-    def export_refinement(self, derived: Chart, base: Chart, options: ExportOptions) -> Exported:
-        """Return the text; `FsmkitError`, with a place and a way out, for what it cannot say."""
+    def export_refinement(
+        self, derived: Chart, base: Chart, options: ExportOptions
+    ) -> ExportedModel:
+        """Return the text. Raises `FsmkitError` with location and fix for unsupported features."""
         ...

@@ -1,4 +1,4 @@
-"""Conditions on global states of a network: what a property says, as tests of local states."""
+"""Translate properties to formulas over global states of a network, with tests of local states."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import assert_never
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.emit import plain
-from fsmkit.export.exporter import leave_out
+from fsmkit.export.exporter import report_omitted
 from fsmkit.export.network import Network
 from fsmkit.language import Binary, BinaryOp, Expr, InState, Unary, UnaryOp, Variable
 from fsmkit.language.walk import nodes
@@ -42,7 +42,7 @@ class In:
 
 @dataclass(frozen=True, slots=True)
 class QueueEmpty:
-    """Nothing waits in the queue that stands beside a machine."""
+    """No event waits in the queue beside a machine."""
 
     machine: int
 
@@ -72,7 +72,7 @@ Formula = Constant | In | QueueEmpty | Not | All | Any
 
 
 class Form(Enum):
-    """What a property says of the states of all runs."""
+    """The temporal form of a property."""
 
     NEVER = "its condition never holds"
     REACHED = "it can be reached"
@@ -83,7 +83,7 @@ class Form(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A property as a formula over states; ``missing``: why a notation does not say it."""
+    """A property as a formula over states; ``missing``: why a notation cannot express it."""
 
     property: Property
     form: Form | None = None
@@ -95,9 +95,9 @@ class Claim:
 def claims(
     network: Network, forms: Collection[Form], findings: Findings | None, kind_of: str
 ) -> Iterator[Claim]:
-    """Yield what the properties say; ``findings`` report those that are not of these ``forms``.
+    """Yield the properties as claims; ``findings`` report those that are not of these ``forms``.
 
-    ``kind_of`` says what the notation has, such as "formula over states".
+    ``kind_of``: the notation's term for them, such as "formula over states".
     """
     for property_ in network.closed.system.properties:
         form = form_of(property_)
@@ -109,12 +109,12 @@ def claims(
             except FsmkitError as error:
                 found = Claim(property_, missing=error.diagnostics[0].message)
         if found.missing:
-            leave_out(property_, found.missing, findings)
+            report_omitted(property_, found.missing, findings)
         yield found
 
 
 def form_of(property_: Property) -> Form | None:
-    """Return what a property says; None if that is none of these."""
+    """Return the form of a property; None if it is none of these."""
     match property_.kind.decided:
         case Builtin.DEADLOCK:
             return Form.NEVER
@@ -148,23 +148,23 @@ def _claim(network: Network, property_: Property, form: Form) -> Claim:
 
 
 def condition_of(network: Network, property_: Property) -> Formula:
-    """Return when the condition of a property holds.
+    """Return the formula of a property's condition.
 
-    Raises `FsmkitError` (``not-exported``) where it asks what occurs in a step, or compares too
-    much.
+    Raises `FsmkitError` (``not-exported``) if it refers to events of a step, or compares too many
+    values.
     """
     if property_.condition is None or property_.is_of_steps:
         raise fail(
             "not-exported",
-            f"`{plain(property_.text)}` asks what occurs in a step",
+            f"`{plain(property_.text)}` refers to events of a step",
             property_.span,
             help="watch the event by a monitor, and export that",
         )
-    return simplified(_Reader(network, property_).formula(property_.condition))
+    return simplify(_Reader(network, property_).formula(property_.condition))
 
 
 class _Reader:
-    """Takes a condition apart as far as each part can be evaluated by itself."""
+    """Splits a condition into parts that can be evaluated separately."""
 
     def __init__(self, network: Network, property_: Property) -> None:
         self._network = network
@@ -172,7 +172,7 @@ class _Reader:
         self._atoms = dict(property_.atoms)
 
     def formula(self, expr: Expr) -> Formula:
-        """Return when an expression is true."""
+        """Return the formula of an expression."""
         match expr:
             case Binary(BinaryOp.AND, left, right):
                 return All((self.formula(left), self.formula(right)))
@@ -184,7 +184,7 @@ class _Reader:
                 return self._cases(expr)
 
     def _cases(self, expr: Expr) -> Formula:
-        """Return for which combinations of what the machines show it is true."""
+        """Return the combinations of the machines' values for which an expression is true."""
         machines = sorted(self._machines(expr))
         groups = [self._shown(machine, expr) for machine in machines]
         count = reduce(lambda n, group: n * len(group), groups, 1)
@@ -215,7 +215,7 @@ class _Reader:
         return {self._atoms[name].machine for name in names}
 
     def _shown(self, machine: int, expr: Expr) -> dict[object, list[int]]:
-        """Group the local states of a machine by what the expression can see of them."""
+        """Group the local states of a machine by the values that the expression reads."""
         groups: dict[object, list[int]] = {}
         for number, local in enumerate(self._network.automata[machine].locals):
             values = tuple(self._values(machine, number, expr))
@@ -240,7 +240,7 @@ class _Reader:
 
 
 def deadlock(network: Network) -> Formula:
-    """Return when nothing can happen any more though some machine is not at rest.
+    """Return the formula of a deadlock: nothing can happen and some machine is not at rest.
 
     VERIFICATION: no event waits, no timer is armed, no fair event is possible.
     """
@@ -253,12 +253,12 @@ def deadlock(network: Network) -> Formula:
         still = automaton.where(lambda one: not (one.has_work or one.faulted or one.fair)) - armed
         quiet.append(In(machine, frozenset(still)))
         restless.append(In(machine, frozenset(automaton.where(lambda local: not local.at_rest))))
-    parts = [_known(network, part) for part in (*quiet, Any(tuple(restless)))]
-    return simplified(All(tuple(parts)))
+    parts = [_with_constants(network, part) for part in (*quiet, Any(tuple(restless)))]
+    return simplify(All(tuple(parts)))
 
 
-def _known(network: Network, formula: Formula) -> Formula:
-    """Return a formula in which tests that are always or never met are constants."""
+def _with_constants(network: Network, formula: Formula) -> Formula:
+    """Return a formula in which constant tests are constants."""
     match formula:
         case In(machine, locals_):
             if not locals_:
@@ -267,32 +267,32 @@ def _known(network: Network, formula: Formula) -> Formula:
                 return Constant(value=True)
             return formula
         case Not(part):
-            return Not(_known(network, part))
+            return Not(_with_constants(network, part))
         case All(parts):
-            return All(tuple(_known(network, part) for part in parts))
+            return All(tuple(_with_constants(network, part) for part in parts))
         case Any(parts):
-            return Any(tuple(_known(network, part) for part in parts))
+            return Any(tuple(_with_constants(network, part) for part in parts))
         case Constant() | QueueEmpty():
             return formula
         case _:
             assert_never(formula)
 
 
-def simplified(formula: Formula) -> Formula:
-    """Return an equal formula without constants inside, tests of one machine joined."""
+def simplify(formula: Formula) -> Formula:
+    """Return an equivalent formula without inner constants, with tests of one machine joined."""
     match formula:
         case Not(part):
-            inner = simplified(part)
+            inner = simplify(part)
             return Constant(not inner.value) if isinstance(inner, Constant) else Not(inner)
         case All(parts) | Any(parts):
-            return _joined([simplified(part) for part in parts], is_all=isinstance(formula, All))
+            return _join([simplify(part) for part in parts], is_all=isinstance(formula, All))
         case In(_, locals_) if not locals_:
             return Constant(value=False)
         case _:
             return formula
 
 
-def _joined(parts: Collection[Formula], *, is_all: bool) -> Formula:
+def _join(parts: Collection[Formula], *, is_all: bool) -> Formula:
     tests: dict[int, frozenset[int]] = {}
     others: list[Formula] = []
     for part in parts:
@@ -326,8 +326,8 @@ def _joined(parts: Collection[Formula], *, is_all: bool) -> Formula:
     return All(tuple(found)) if is_all else Any(tuple(found))
 
 
-def positive(network: Network, formula: Formula, *, negated: bool = False) -> Formula:
-    """Return an equal formula, or its negation, without `Not` but before `QueueEmpty`."""
+def negation_normal_form(network: Network, formula: Formula, *, negated: bool = False) -> Formula:
+    """Return an equivalent formula, or its negation, with `Not` only before `QueueEmpty`."""
     match formula:
         case Constant(value):
             return Constant(value is not negated)
@@ -336,16 +336,16 @@ def positive(network: Network, formula: Formula, *, negated: bool = False) -> Fo
                 return formula
             return In(machine, frozenset(range(len(network.automata[machine].locals))) - locals_)
         case Not(part):
-            return positive(network, part, negated=not negated)
+            return negation_normal_form(network, part, negated=not negated)
         case All(parts):
-            inner = tuple(positive(network, part, negated=negated) for part in parts)
+            inner = tuple(negation_normal_form(network, part, negated=negated) for part in parts)
             return Any(inner) if negated else All(inner)
         case Any(parts):
-            inner = tuple(positive(network, part, negated=negated) for part in parts)
+            inner = tuple(negation_normal_form(network, part, negated=negated) for part in parts)
             return All(inner) if negated else Any(inner)
         case QueueEmpty():
             if negated:
-                raise AssertionError("only what is quiet asks for empty queues")
+                raise AssertionError("only formulas of idle machines test for empty queues")
             return formula
         case _:
             assert_never(formula)

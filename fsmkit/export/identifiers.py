@@ -1,4 +1,4 @@
-"""Identifiers of other notations: legal, all different, as near to the names as may be."""
+"""Choose identifiers of other notations: legal, distinct, and similar to the names."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ LONGEST = 80
 def word(text: str) -> str:
     """Return a text as an identifier: ASCII letters, digits and single underscores.
 
-    A sign is a word, ``k = -1`` becomes ``k_minus_1``, and so is a range, ``0..2`` ``0_to_2``.
-    What is longer than `LONGEST` ends with a checksum of all of it, so that others that begin in
-    the same way still have names of their own.
+    A sign is a word, ``k = -1`` becomes ``k_minus_1``, and so is a range, ``0..2`` ``0_to_2``. A
+    text longer than `LONGEST` ends with a checksum of all of it, so that others with the same start
+    have distinct names.
     """
     found = SIGN.sub("minus_", transliterated(text).replace("..", " to "))
     found = re.sub(r"[^A-Za-z0-9]+", "_", found).strip("_")
@@ -31,15 +31,15 @@ def word(text: str) -> str:
 
 
 class Names:
-    """Gives out identifiers, each once, and none that is reserved or that ``outer`` gave out."""
+    """Creates distinct identifiers, none of which is reserved or in ``outer``."""
 
     def __init__(
         self, reserved: Iterable[str] = (), outer: Names | None = None, prefix: str = ""
     ) -> None:
-        """Begin with what the notation takes: a name that is built in would change its meaning.
+        """Take the ``reserved`` names, which would otherwise be redefined.
 
-        ``prefix``: what a reader of the notation puts before each name when it makes all names
-        global; the result is unique in ``outer``, too.
+        ``prefix``: the prefix by which a reader of the notation makes each name global; the result
+        is unique in ``outer``, too.
         """
         self._reserved = frozenset(reserved)
         self._taken: set[str] = set()
@@ -47,7 +47,7 @@ class Names:
         self._prefix = prefix
 
     def take(self, text: str) -> str:
-        """Return an identifier: of ``p[1]`` ``p_1``, of another like it ``p_1_2``, else ``if_``."""
+        """Return an identifier: ``p_1`` for ``p[1]``, ``p_1_2`` for a similar one."""
         base = word(text)
         base += "_" if base in self._reserved else ""
         found, number = base, 1

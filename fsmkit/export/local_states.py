@@ -1,7 +1,7 @@
-"""Names for the local states of a machine, and what they mean.
+"""Name the local states of a machine, and describe them.
 
-A name is the active leaves, with a number where several local states have the same; the text adds
-what tells those apart.
+A name is the active leaves, with a number if several local states have the same; the description
+adds the distinguishing facts.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Fact:
 
 
 def in_order(chart: Chart, snapshots: Sequence[Snapshot]) -> list[Snapshot]:
-    """Return local states in the order of the chart; those that time runs through in sequence."""
+    """Return local states in the order of the chart; those that differ in time in sequence."""
     return sorted(snapshots, key=lambda snapshot: _key(chart, snapshot))
 
 
@@ -47,7 +47,7 @@ def _key(chart: Chart, snapshot: Snapshot) -> tuple[object, ...]:
 
 
 def names_and_texts(chart: Chart, snapshots: Sequence[Snapshot]) -> list[tuple[str, str]]:
-    """Return for each local state an identifier, unique among them, and what it means."""
+    """Return for each local state a unique identifier, and its description."""
     groups: dict[str, list[Snapshot]] = {}
     for snapshot in snapshots:
         groups.setdefault(shown_leaves(chart, snapshot), []).append(snapshot)
@@ -83,7 +83,7 @@ def shown_leaves(chart: Chart, snapshot: Snapshot) -> str:
 def facts_of(
     chart: Chart, snapshot: Snapshot, *, untimed: bool = False
 ) -> Iterator[tuple[Key, Fact]]:
-    """Yield what a local state consists of; ``untimed``: not when its timers are due."""
+    """Yield the components of a local state; ``untimed``: without the deadlines of timers."""
     if not snapshot.running:
         why = Fact((0, snapshot.fault or ""), snapshot.fault or "finished")
         yield ("stopped", None), why
@@ -110,7 +110,7 @@ def facts_of(
 
 
 def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Key, Fact]]:
-    """Yield the state that each active region is in: a leaf, or one that is divided further."""
+    """Yield the state of each active region: a leaf, or one that is divided further."""
     for state in sorted(snapshot.configuration):
         parent = chart.states[state].parent
         if parent is not None and chart.states[parent].kind is not Kind.PARALLEL:
@@ -126,7 +126,7 @@ def _regions(chart: Chart, snapshot: Snapshot) -> Iterator[tuple[Key, Fact]]:
 
 
 def _timers(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tuple[Key, Fact]]:
-    """Yield when each timer is due, from now on (untimed: that it is armed), and their order."""
+    """Yield the remaining time of each timer (untimed: that it is armed), and their order."""
     order: list[Key] = []
     armed: list[Timeout | Delayed] = []
     for timer in snapshot.timers:
@@ -142,7 +142,7 @@ def _timers(chart: Chart, snapshot: Snapshot, *, untimed: bool) -> Iterator[tupl
 
 @telling
 def timer_text(chart: Chart, timer: Timer) -> str:
-    """Return what is armed."""
+    """Return a description of a timer."""
     match timer.what:
         case Timeout(transition):
             return f"timeout of {chart.states[chart.transitions[transition].source].id}"

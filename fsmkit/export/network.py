@@ -1,12 +1,12 @@
 """A closed system as a network of finite automata with queues between them.
 
 Each machine is an automaton over its *local states*: active states, data, histories, timers, and
-wired inputs, all but its queue, which stands beside it. A move of one machine is a step of the
-system: it takes the head of the queue or not, goes to another local state, and then, in order,
-appends messages to queues and tells other machines values, which change their local states at once.
+connected inputs, without its queue, which is beside it. A move of one machine is a step of the
+system. It takes the head of the queue or not, goes to another local state, and then, in order,
+appends messages to queues and sends values, which change local states at once.
 
-Only what some global state has is in it. A notation in which something else turns out to be
-possible disagrees with the explorer, so the other tool evaluates that, too.
+The network contains only behaviour of some global state. A tool that finds other behaviour possible
+disagrees with the explorer, so the other tool checks that, too.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.verify.statespace.actions import Action, Step, Who
+from fsmkit.verify.statespace.actions import Action, Mover, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 @dataclass(frozen=True, slots=True)
 class Local:
-    """A local state. ``name`` is an identifier, ``text`` what it means.
+    """A local state. ``name`` is an identifier, ``text`` its description.
 
-    ``waiting``: events in a queue that is part of it. The others are of the state with an empty
-    queue: ``awaited``, a timer is armed; ``busy``, there is something to do; ``fair``, something
-    comes from outside some time; ``at_rest``, it may stay there for ever.
+    ``waiting``: events in a queue that is part of it. The others refer to the state with an empty
+    queue. ``awaited``: a timer is armed; ``busy``: there is work; ``fair``: some external event is
+    fair; ``at_rest``: it may stay there forever.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Local:
 
     @property
     def has_work(self) -> bool:
-        """Whether something is left to do, though the queue beside it is empty."""
+        """Whether work remains although the queue beside it is empty."""
         return self.busy or self.waiting > 0
 
     @property
@@ -65,16 +65,16 @@ class Sent:
 class Move:
     """A step of a machine, from ``source`` to ``target``.
 
-    ``taken``: the message at the head of the queue. Without one, ``needs_empty`` says that the
-    queue must be empty. ``from_outside``: it may happen while few events wait; ``fair``: it does
-    happen some time, if it stays possible. ``shown``: the label, for all payloads that nothing in
-    the system distinguishes from this one, ``f(code = 0..2)``.
+    ``taken``: the message at the head of the queue. Without one, ``needs_empty``: the queue must be
+    empty. ``from_outside``: it may occur while few events wait; ``fair``: it occurs some time, if
+    it stays possible. ``shown``: the label, for all payloads that the system does not distinguish
+    from this one, ``f(code = 0..2)``.
     """
 
     source: int
     target: int
     step: Step
-    who: Who
+    mover: Mover
     label: str
     shown: str
     taken: int | None = None
@@ -86,13 +86,13 @@ class Move:
 
     @property
     def action(self) -> Action:
-        """What kind of step it is."""
+        """The kind of the step."""
         return self.step.action
 
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What may come to a machine: an event for its queue, or a value, which counts at once."""
+    """A possible message to a machine: an event for its queue, or a value, which acts at once."""
 
     name: str
     text: str
@@ -101,10 +101,11 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class Automaton:
-    """A machine. ``queue``: what its queue holds; 0 if it is part of the local states, or unused.
+    """A machine. ``queue``: the capacity of its queue; 0 if part of the local states, or unused.
 
-    ``receives``: the local state after a message that does not go to a queue, and whether there was
-    no room for it. ``elapsed``: that after a unit of time. ``contents``: what the queue can hold.
+    ``receives``: the local state after a message that is not queued, and whether there was no space
+    for it. ``elapsed``: that after a unit of time. ``contents``: the possible contents of the
+    queue.
     """
 
     name: str
@@ -119,20 +120,20 @@ class Automaton:
     contents: tuple[tuple[int, ...], ...]
 
     def where(self, test: Callable[[Local], bool]) -> set[int]:
-        """Return the local states, by number, of which something holds."""
+        """Return the local states, by number, that pass a test."""
         return {number for number, local in enumerate(self.locals) if test(local)}
 
     def waiting(self) -> Iterator[tuple[int, set[int]]]:
-        """Yield how many events wait within local states, and in which so many do."""
+        """Yield numbers of events within local states, with the states that have so many."""
         for count in sorted({local.waiting for local in self.locals} - {0}):
             yield count, {n for n, local in enumerate(self.locals) if local.waiting == count}
 
     def queues(self, message: int) -> bool:
-        """Whether a message goes to the queue that stands beside the machine."""
+        """Whether a message goes to the queue beside the machine."""
         return self.queue > 0 and self.arrivals[message].is_event
 
     def received(self, message: int) -> dict[int, tuple[int, bool]]:
-        """Return what a message that goes to no queue does to each local state (`receives`)."""
+        """Return the effect of an unqueued message on each local state (`receives`)."""
         return {local: after for (local, m), after in self.receives.items() if m == message}
 
     def stops(self, move: Move) -> bool:
@@ -140,11 +141,11 @@ class Automaton:
         return self.locals[move.source].running and not self.locals[move.target].running
 
     def signature(self, move: Move) -> Hashable:
-        """Return when a move may happen, what it tells others, and whether the machine stops by it.
+        """Return the condition of a move, its messages, and whether the machine stops by it.
 
-        Moves of one signature can share an option of a process, or an edge. A chart that stands
-        open has a hundred ways into each state of its error: one by one they are more than tools
-        read.
+        Moves of one signature can share an option of a process, or an edge. A chart with an
+        unrestricted environment has a hundred paths into each error state: separately they are more
+        than tools read.
         """
         when = move.action, move.taken, move.needs_empty, move.from_outside
         return when, move.sent, move.faults, self.stops(move)
@@ -157,7 +158,7 @@ def is_idle(changes: Mapping[int, int]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A machine in a global state: its local state, and what its queue holds."""
+    """A machine in a global state: its local state, and the contents of its queue."""
 
     local: int
     queue: tuple[int, ...] = ()
@@ -165,7 +166,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Network:
-    """The automata of a closed system, and how many global states and steps the explorer found."""
+    """The automata of a closed system, and the number of global states and steps."""
 
     closed: ClosedSystem
     automata: tuple[Automaton, ...]

@@ -1,6 +1,6 @@
-"""Conditions and numbers of models as trees: JANI's own objects, which `infix` prints with signs.
+"""Conditions and numbers of models as trees: JANI's own objects, which `infix` prints.
 
-https://jani-spec.org: ``op`` is a mathematical sign; a text is a name.
+https://jani-spec.org: ``op`` is a mathematical sign; a string is a name.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ def binary(op: str, left: Json, right: Json) -> Json:
 
 
 def equal(left: Json, right: Json) -> Json:
-    """Return whether two numbers are equal."""
+    """Return the comparison of two numbers for equality."""
     return binary("=", left, right)
 
 
 def differ(left: Json, right: Json) -> Json:
-    """Return whether two numbers differ."""
+    """Return the comparison of two numbers for inequality."""
     return binary("≠", left, right)
 
 
-def negated(part: Json) -> Json:
-    """Return whether something does not hold."""
+def negation(part: Json) -> Json:
+    """Return the negation."""
     match part:
         case bool():
             return not part
@@ -49,30 +49,30 @@ def negated(part: Json) -> Json:
 
 
 def conjunction(parts: Iterable[Json]) -> Json:
-    """Return whether all parts hold."""
-    return _joined("∧", parts, neutral=True)
+    """Return the conjunction of all parts."""
+    return _join("∧", parts, neutral=True)
 
 
 def disjunction(parts: Iterable[Json]) -> Json:
-    """Return whether some part holds."""
-    return _joined("∨", parts, neutral=False)  # noqa: RUF001  (JANI's sign)
+    """Return the disjunction of all parts."""
+    return _join("∨", parts, neutral=False)  # noqa: RUF001  (JANI's sign)
 
 
-def _joined(op: str, parts: Iterable[Json], *, neutral: bool) -> Json:
+def _join(op: str, parts: Iterable[Json], *, neutral: bool) -> Json:
     found = [part for part in parts if part is not neutral]
     if (not neutral) in (part for part in found if isinstance(part, bool)):
         return not neutral
-    return _balanced(found, lambda left, right: binary(op, left, right)) if found else neutral
+    return _balanced_tree(found, lambda left, right: binary(op, left, right)) if found else neutral
 
 
 def total(parts: Iterable[Json]) -> Json:
     """Return the sum of some numbers."""
     found = list(parts)
-    return _balanced(found, lambda left, right: binary("+", left, right)) if found else 0
+    return _balanced_tree(found, lambda left, right: binary("+", left, right)) if found else 0
 
 
-def _balanced(parts: list[Json], join: Callable[[Json, Json], Json]) -> Json:
-    """Join parts in their order; a tree, as readers are recursive and their stacks are limited."""
+def _balanced_tree(parts: list[Json], join: Callable[[Json, Json], Json]) -> Json:
+    """Join parts in their order as a balanced tree: readers are recursive, with limited stacks."""
     while len(parts) > 1:
         pairs = [parts[n : n + 2] for n in range(0, len(parts), 2)]
         parts = [reduce(join, pair) for pair in pairs]

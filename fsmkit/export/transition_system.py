@@ -1,8 +1,7 @@
-"""The labelled transition system of a closed system: all its states, and what happens between them.
+"""The labelled transition system of a closed system.
 
-State 0 is before the machines start; the steps out of it are the ways in which they can. A label
-names a machine and what happens to it, ``feeder: arrived``, or is ``TICK`` where a unit of time
-passes.
+State 0 is before the machines start; its steps are the possible starts. A label names a machine and
+the cause of its step, ``feeder: arrived``, or is ``TICK`` for a unit of time.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from fsmkit.diagnostics import FsmkitError, fail
-from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.exporter import ExportedModel, ExportOptions
 from fsmkit.runtime.interpreter.run import is_deferred
 from fsmkit.runtime.interpreter.snapshot import Occurrence, Snapshot, Timeout
 from fsmkit.system.freezes import cause_of
@@ -39,7 +38,7 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True)
 class TransitionSystem:
-    """States are numbered from 0, the initial one; ``configurations`` says what each shows."""
+    """States are numbered from 0, the initial one; ``configurations``: their active leaves."""
 
     name: str
     configurations: tuple[str, ...]
@@ -47,24 +46,24 @@ class TransitionSystem:
 
     @property
     def states(self) -> int:
-        """How many there are."""
+        """The number of states."""
         return len(self.configurations)
 
 
-def exported(
+def export_states(
     system: System, options: ExportOptions, write: Callable[[TransitionSystem], Iterable[str]]
-) -> Exported:
+) -> ExportedModel:
     """Explore a system, and write its transition system."""
     found = system_of(system, options)
     figures = {"states": found.states, "transitions": len(found.arrows)}
-    return Exported("".join(write(found)), figures)
+    return ExportedModel("".join(write(found)), figures)
 
 
 def system_of(system: System, options: ExportOptions) -> TransitionSystem:
     """Explore a system by the interpreter, breadth first.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits: a part of a transition system
-    would pass for the whole of it. Time also ends within a step, which may last long.
+    would be taken for the whole. Time also ends within a step, which may last long.
     """
     return options.deadline.cut_off(Stage.EXPLORING, partial(_explored, system, options))
 
@@ -92,9 +91,9 @@ def _explored(system: System, options: ExportOptions) -> TransitionSystem:
 def breadth_first(
     steps: GlobalSteps, numbers: dict[State, int], options: ExportOptions
 ) -> Iterator[tuple[State, list[Edge]]]:
-    """Yield all states that can be reached, with the steps from them; number them from 1 on.
+    """Yield all reachable states, with their steps; number them from 1.
 
-    ``numbers`` holds those to begin with. Raises `FsmkitError` (``export-too-large``).
+    ``numbers`` holds the initial ones. Raises `FsmkitError` (``export-too-large``).
     """
     numbers.update({state: number for number, state in enumerate(numbers, 1)})
     ahead, transitions = list(numbers), 0
@@ -116,7 +115,7 @@ def breadth_first(
 def within_limits(
     closed: ClosedSystem, options: ExportOptions, what: str = "states"
 ) -> Callable[[int, int], None]:
-    """Return a function of the states and transitions so far: it reports them as progress.
+    """Return a function that reports states and transitions as progress.
 
     It raises `FsmkitError` (``export-too-large``) beyond ``options.most`` states.
     """
@@ -140,7 +139,7 @@ def too_large(closed: ClosedSystem, most: int, what: str = "states") -> FsmkitEr
 
 
 def too_many_choices(closed: ClosedSystem) -> FsmkitError:
-    """Return the error for a step that cannot be tried with all that is open in it."""
+    """Return the error for a step with too many combinations of choices."""
     return fail(
         "export-too-large",
         f"a step of `{closed.system.name}` has too many combinations of choices",
@@ -169,7 +168,7 @@ def _label(closed: ClosedSystem, snapshots: tuple[Snapshot, ...], edge: Edge) ->
 
 
 def occurrence_of(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> Occurrence | None:
-    """Return the event that a machine takes in a step, from its queue or from outside."""
+    """Return the event that a machine takes in a step, queued or external."""
     chart = closed.charts[step.machine]
     if step.action is Action.TAKE:
         waiting = (o for o in snapshot.deferred if not is_deferred(chart, snapshot, o.event))
@@ -181,7 +180,7 @@ def occurrence_of(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> Occur
 
 
 def cause(closed: ClosedSystem, snapshot: Snapshot, step: Step) -> str:
-    """Return what happens to a machine in a step that it can take."""
+    """Return the cause of a step of a machine."""
     chart = closed.charts[step.machine]
     occurrence = occurrence_of(closed, snapshot, step)
     if occurrence is not None:

@@ -1,7 +1,7 @@
-"""The names of a network in a notation with variables, and its conditions in terms of them.
+"""Name the parts of a network in a notation with variables, and express its conditions in them.
 
 The local state of a machine is a variable for each component. Constants of machines hold a double
-underscore, so that no two names are alike.
+underscore, so that all names are distinct.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from fsmkit.export.terms import (
     differ,
     disjunction,
     equal,
-    negated,
+    negation,
     total,
 )
 from fsmkit.verify.statespace.actions import Action
@@ -35,10 +35,10 @@ MONITORS_WAIT, PLANT_WAITS, CALM, FEW_WAIT = "monitors_wait", "plant_waits", "ca
 
 
 class Vocabulary(ABC):
-    """A notation defines how a component is named, and how the queue beside a machine is read."""
+    """Base of a notation, which defines the names of components and the reading of queues."""
 
     def __init__(self, network: Network) -> None:
-        """Take local states apart, and choose names."""
+        """Split local states into components, and choose names."""
         self.network = network
         self.parts = Parts(network)
         self.names = Names()
@@ -49,24 +49,24 @@ class Vocabulary(ABC):
         )
 
     def field(self, name: str) -> str:
-        """Return how a component is named among those of its machine."""
+        """Return the name of a component among those of its machine."""
         return word(name)
 
     @abstractmethod
     def component(self, machine: int, component: int) -> str:
-        """Return the variable that holds a component of the local state."""
+        """Return the variable of a component of the local state."""
 
     @abstractmethod
     def is_empty(self, machine: int) -> Json:
-        """Return whether nothing waits in the queue beside a machine."""
+        """Return the test for an empty queue beside a machine."""
 
     @abstractmethod
     def is_first(self, machine: int, message: int) -> Json:
-        """Return whether a message is the head of the queue beside a machine."""
+        """Return the test for a message at the head of the queue beside a machine."""
 
     @abstractmethod
     def counts(self, machine: int) -> Iterable[Json]:
-        """Return numbers whose sum is how many events wait in the queue beside a machine."""
+        """Return numbers whose sum is the number of events in the queue beside a machine."""
 
     # --- constants -------------------------------------------------------------------------------
 
@@ -89,7 +89,7 @@ class Vocabulary(ABC):
         return f"to_{self.machines[machine]}__{arrival.name}"
 
     def becomes(self, machine: int, change: Change) -> dict[str, Json]:
-        """Return the assignments that give components their values."""
+        """Return the assignments of values to components."""
         return {
             self.component(machine, component): self.value(machine, component, number)
             for component, number in change.items()
@@ -98,7 +98,7 @@ class Vocabulary(ABC):
     # --- tests -----------------------------------------------------------------------------------
 
     def is_in(self, machine: int, locals_: Collection[int]) -> Json:
-        """Return whether the machine is in one of some local states."""
+        """Return the test for one of some local states."""
         cubes = self.parts.cover(machine, locals_)
         if cubes is None:
             return True
@@ -108,7 +108,7 @@ class Vocabulary(ABC):
         )
 
     def has(self, machine: int, component: int, values: Collection[int]) -> Json:
-        """Return whether a component has one of some values; of those that there are."""
+        """Return the test for one of some existing values of a component."""
         name = self.component(machine, component)
         excluded = self.parts.excluded(machine, component, values)
         if excluded is not None:
@@ -121,10 +121,10 @@ class Vocabulary(ABC):
         return disjunction(tests)
 
     def waits(self, machine: int) -> Json:
-        """Return whether an event waits for the machine."""
+        """Return the test for an event that waits for the machine."""
         automaton = self.network.automata[machine]
         if automaton.queue:
-            return negated(self.is_empty(machine))
+            return negation(self.is_empty(machine))
         return self.is_in(machine, automaton.where(lambda local: local.waiting > 0))
 
     def formula(self, formula: Formula) -> Json:
@@ -137,7 +137,7 @@ class Vocabulary(ABC):
             case QueueEmpty(machine):
                 return self.is_empty(machine)
             case Not(part):
-                return negated(self.formula(part))
+                return negation(self.formula(part))
             case All(parts):
                 return conjunction(map(self.formula, parts))
             case Any(parts):
@@ -145,15 +145,15 @@ class Vocabulary(ABC):
             case _:
                 assert_never(formula)
 
-    # --- who may move ----------------------------------------------------------------------------
+    # --- priorities ------------------------------------------------------------------------------
 
     def rules(self) -> dict[str, Json]:
-        """Return the functions that say who may move, and whether few events wait."""
+        """Return the functions for priorities, and for few waiting events."""
         network = self.network
         return {
             MONITORS_WAIT: disjunction(map(self.waits, network.monitors)),
             PLANT_WAITS: disjunction(map(self.waits, network.plant)),
-            CALM: conjunction((negated(call(MONITORS_WAIT)), negated(call(PLANT_WAITS)))),
+            CALM: conjunction((negation(call(MONITORS_WAIT)), negation(call(PLANT_WAITS)))),
             FEW_WAIT: binary("≤", total(self._waiting()), MAX_PENDING_BEFORE_INPUT),
         }
 
@@ -165,7 +165,7 @@ class Vocabulary(ABC):
                 yield choice(self.is_in(machine, of), waiting, 0)
 
     def guard(self, machine: int, joint: Joint) -> Json:
-        """Return when some moves are possible that differ only in their local states."""
+        """Return the guard of moves that differ only in their local states."""
         move = joint.moves[0]
         parts = [self.is_in(machine, joint.sources), self._turn(machine, move)]
         if move.taken is not None:
@@ -183,7 +183,7 @@ class Vocabulary(ABC):
         if automaton.is_monitor and waits is not False:
             return True if takes else disjunction((call(CALM), waits))
         if automaton.is_environment and waits is not False:
-            answers = negated(call(MONITORS_WAIT))
+            answers = negation(call(MONITORS_WAIT))
             if takes:
                 return answers
             if move.action is Action.EVENTLESS:
@@ -191,7 +191,7 @@ class Vocabulary(ABC):
         return call(CALM)
 
     def time_passes(self) -> Json:
-        """Return whether time passes: a timer is armed, and nothing is left to do."""
+        """Return whether time passes: a timer is armed, and no work is left."""
         armed: list[Json] = []
         still: list[Json] = []
         for machine, automaton in enumerate(self.network.automata):

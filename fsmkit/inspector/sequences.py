@@ -10,7 +10,15 @@ from fsmkit.inspector.system_at import Course
 from fsmkit.language.units import duration_text
 from fsmkit.runtime.live.messages import AnyMessage, Json, Pass, Post, Row, Set, Step
 from fsmkit.verify.report.sequences import mermaid
-from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Lifeline, Part, Way, folded
+from fsmkit.verify.report.sequences.model import (
+    Arrow,
+    Block,
+    Cause,
+    Lifeline,
+    Part,
+    Transport,
+    fold_repetitions,
+)
 from fsmkit.verify.report.sequences.model import Sequence as Diagram
 
 MOST_STEPS = 500
@@ -32,7 +40,7 @@ def as_mermaid(course: Course) -> str:
         block for n in range(first, history.head + 1) for block in making.blocks(course.messages(n))
     ]
     lifelines = tuple(Lifeline(each.name, each.environment) for each in system.machines)
-    parts = folded(tuple(blocks[-MOST_STEPS:]))
+    parts = fold_repetitions(tuple(blocks[-MOST_STEPS:]))
     at = duration_text(course.at(history.head) * course.simulation.tick)
     end = (f"up to entry {history.head} of a session, at {at}",)
     return mermaid.draw(Diagram(system.name, lifelines, parts, end, violated=False))
@@ -119,7 +127,7 @@ class _Diagram:
             match other:
                 case Set(m=name, inputs=inputs):
                     values = ", ".join(f"{k} = {_value(v)}" for k, v in inputs.items())
-                    yield Arrow(line, self._names.index(name), values, Way.VALUE)
+                    yield Arrow(line, self._names.index(name), values, Transport.VALUE)
                 case Pass(target=(name, event), values=values, how=how):
                     part = Part.LOST if how in ("lost", "refused") else Part.WHOLE
                     target = self._names.index(name)

@@ -3,8 +3,8 @@
 ``{kind: queued, capacity: 4, delay: 5ms}``, ``{kind: lossy, capacity: 1, loss: 2}``. The machine
 takes a message from its queue and forwards it after the delay, or loses it. Without a capacity and
 a delay it forwards messages at once. With a capacity they wait in its queue while other machines
-move, but not while time passes. Messages never overtake each other: all have the same delay, and
-in untimed exploration only the oldest message may arrive next.
+move, but not while time passes. Messages never overtake each other: all have the same delay, and in
+untimed exploration only the oldest message may arrive next.
 """
 
 from __future__ import annotations

@@ -260,10 +260,9 @@ def read_expression(
 ) -> Condition | None:
     """Parse an expression over machines; None after a finding.
 
-    ``others``: further names, such as ``feeder.encoder``, with the variable and the type of
-    each; they
-    take precedence. ``chart``: the chart whose constants and types are visible; by default those of
-    all machines.
+    ``others``: further names, such as ``feeder.encoder``, with the variable and the type of each;
+    they take precedence. ``chart``: the chart whose constants and types are visible; by default
+    those of all machines.
     """
     reader = _Reader(machines, findings, others)
     rewritten = _rewrite(text, reader)

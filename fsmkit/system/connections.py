@@ -374,8 +374,8 @@ def report_unconnected(
 ) -> None:
     """Report unconnected inputs and events; targets are indices of ``machines``.
 
-    ``inputs``: the connected or free inputs. ``possible``: the external events.
-    ``is_alone``: the only machine is a chart with an environment of its own.
+    ``inputs``: the connected or free inputs. ``possible``: the external events. ``is_alone``: the
+    only machine is a chart with an environment of its own.
     """
     fed = set(inputs)
     come = {(link.target, link.event) for link in events}

@@ -51,9 +51,8 @@ class Named:
 class Environment:
     """The machines of the environment, the external events and the free inputs.
 
-    Events and inputs are keyed by machine and number; the values are the location in the file
-    and the
-    values named there.
+    Events and inputs are keyed by machine and number; the values are the location in the file and
+    the values named there.
     """
 
     machines: frozenset[int]

@@ -1,8 +1,7 @@
 """The parts of a system: machines, and the wires between them.
 
 A *port* of a machine is its output end: an event (its index in the chart) or an operation (after
-all events). From `OBSERVED` on, ports are events that the machine handles, which monitors
-observe.
+all events). From `OBSERVED` on, ports are events that the machine handles, which monitors observe.
 """
 
 from __future__ import annotations
@@ -85,8 +84,7 @@ class EventLink:
     """A connection from a port to the queue of a machine.
 
     ``arguments`` are the values of the port for the fields of the event. ``priority``: on a bus
-    that
-    nodes share; None: after those that have one.
+    that nodes share; None: after those that have one.
     """
 
     source: int

@@ -166,8 +166,7 @@ def properties_of_machines(
     """Yield the properties in the charts of machines, evaluated for each machine.
 
     Findings are reported once for each chart, at its own lines. ``known``: properties of the
-    system,
-    whose names are reserved.
+    system, whose names are reserved.
     """
     names = {one.name: one for one in known}
     sound: dict[int, bool] = {}

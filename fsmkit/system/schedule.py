@@ -2,10 +2,9 @@
 
 ``schedule: {cyclic: [feeder, molder], period: 10ms, jitter: 1ms}``
 
-The explored system has one more machine that keeps turn and phase. A period starts every
-``period`` ticks, its first turn at most ``jitter`` ticks later, and the turns of the machines
-follow each other without delay. `verify.statespace.closed_system` decides which machine may
-move.
+The explored system has one more machine that keeps turn and phase. A period starts every ``period``
+ticks, its first turn at most ``jitter`` ticks later, and the turns of the machines follow each
+other without delay. `verify.statespace.closed_system` decides which machine may move.
 """
 
 from __future__ import annotations

@@ -32,9 +32,8 @@ class Freezer:
     """A node that may freeze: the machine that keeps its state, and the machines on it.
 
     ``silent``: the events, by machine and number, by which others notice it. ``within``: the
-    minimum
-    and maximum ticks until then. ``continues``: ticks during which it may continue; None: it never
-    does. See `system.freezes`.
+    minimum and maximum ticks until then. ``continues``: ticks during which it may continue; None:
+    it never does. See `system.freezes`.
     """
 
     machine: Machine

@@ -40,10 +40,9 @@ def load_system(
 ) -> System:
     """Return the system in a file.
 
-    ``replacing``: charts that machines run instead of those named in the file.
-    ``strict``: as for `fsmkit.chart.loading.load_with_findings`, for every chart.
-    ``parameters``: as for `system_of_root`. Raises `FsmkitError` with all findings after an
-    error.
+    ``replacing``: charts that machines run instead of those named in the file. ``strict``: as for
+    `fsmkit.chart.loading.load_with_findings`, for every chart. ``parameters``: as for
+    `system_of_root`. Raises `FsmkitError` with all findings after an error.
     """
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()

@@ -1,4 +1,4 @@
-"""What proves: a System in, a Report out: verdicts, each with its counterexample.
+"""Verify systems: a System in, a Report out, with verdicts and their counterexamples.
 
-What is said holds of the generated C that ships, up to what the report says it assumes.
+Verdicts hold for the generated C that ships, under the assumptions that the report lists.
 """

@@ -1,4 +1,4 @@
-"""Capacities that a check has proved to be enough."""
+"""Queue, timer and microstep capacities that a check has proved to be sufficient."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ MARKER = "/* Bounds and figures. */"
 
 
 @dataclass(frozen=True, slots=True)
-class Proved:
-    """Each chart of a system with the capacities that are enough for all machines that run it.
+class BoundsProof:
+    """The charts of a system with capacities that suffice for all machines that run them.
 
-    ``assumed``: what that hangs on, a line each.
+    ``assumed``: the assumptions of the proof, a line each.
     """
 
     charts: tuple[tuple[Chart, Chart], ...]
@@ -39,8 +39,8 @@ class Proved:
         return next((small for own, small in self.charts if own == chart), None)
 
 
-def with_bounds(model: Model, proof: Proved) -> Model:
-    """Return what was read with the capacities that were proved for its charts.
+def with_bounds(model: Model, proof: BoundsProof) -> Model:
+    """Return a model with the capacities that were proved for its charts.
 
     Raises `FsmkitError` (``bounds-not-proved``) for a chart that no machine of the proof runs.
     """
@@ -65,10 +65,11 @@ def with_bounds(model: Model, proof: Proved) -> Model:
             return replace(model, system=system) if isinstance(system, System) else model
 
 
-def proved(system: System, findings: Findings, options: ExplorationOptions) -> Proved:
-    """Explore a system and return what its machines need.
+def prove_bounds(system: System, findings: Findings, options: ExplorationOptions) -> BoundsProof:
+    """Explore a system and return the capacities that its machines need.
 
-    `FsmkitError` (``bounds-not-proved``) where not all was explored, or a queue can overflow.
+    Raises `FsmkitError` (``bounds-not-proved``) if the exploration is incomplete, or if a queue can
+    overflow.
     """
     report = check(system, findings, options=options)
     _require_whole(report)
@@ -76,12 +77,12 @@ def proved(system: System, findings: Findings, options: ExplorationOptions) -> P
     charts = [machine.chart for machine in system.machines]
     for number, chart in enumerate(charts):
         first = charts.index(chart)
-        needed = _needed(report, number)
+        needed = _needed_capacities(report, number)
         _, before = found.get(first, (chart, needed))
-        found[first] = chart, _larger(before, needed)
-    return Proved(
+        found[first] = chart, _maximum(before, needed)
+    return BoundsProof(
         tuple((own, replace(own, capacities=room)) for own, room in found.values()),
-        tuple(_assumed(report)),
+        tuple(_assumption(report)),
     )
 
 
@@ -96,17 +97,17 @@ def proved_program(
 ) -> Program:
     """Return the files of a model with bounds that a check proves (`program_of`).
 
-    ``within``: the system in which a chart runs; else the model is explored as it is. Raises
-    `FsmkitError`: ``bounds-not-proved``; ``wrong-option`` for a target that is not C.
+    ``within``: the system in which a chart runs; without it the model is explored as it is. Raises
+    `FsmkitError`: ``bounds-not-proved``; ``wrong-option`` for a target other than C.
     """
     if target != "c":
         raise fail(
             "wrong-option", "proved bounds are for the target `c`", help="compile without them"
         )
     checked = within or explored_model(model)
-    proof = proved(checked, Findings(), ExplorationOptions(time=time))
+    proof = prove_bounds(checked, Findings(), ExplorationOptions(time=time))
     made = program_of(with_bounds(model, proof), target, findings, options)
-    return replace(made, files=noted(made.files, proof.assumed))
+    return replace(made, files=with_bounds_comment(made.files, proof.assumed))
 
 
 def _require_whole(report: Report) -> None:
@@ -128,16 +129,16 @@ def _require_whole(report: Report) -> None:
         raise fail(
             "bounds-not-proved",
             f"the bounds of `{closed.system.name}` are not proved: {why}",
-            help="see `fsmkit check`, or compile without `--bounds`",
+            help="run `fsmkit check` for the counterexample, or compile without `--bounds`",
         )
 
 
-def _needed(report: Report, number: int) -> Capacities:
+def _needed_capacities(report: Report, number: int) -> Capacities:
     """Return the capacities that a machine needs; never more than it has."""
     own_chart = report.closed.system.machines[number].chart
     own = own_chart.capacities
     if own_chart.invocations:
-        return own  # queues of invokers are fullest amid macrosteps; rounds within them are bounded
+        return own  # invokers' queues are fullest during macrosteps; their rounds are bounded
     figures = report.exploration.machines[number]
     outside = any(
         possible.machine == number and not possible.spontaneous
@@ -154,9 +155,9 @@ def _needed(report: Report, number: int) -> Capacities:
 
 
 def _sends_to_itself(chart: Chart) -> bool:
-    """Whether one call of ``run`` may have to take more events than wait when it begins.
+    """Whether one call of ``run`` may take more events than wait when it starts.
 
-    It takes as many more as there may be microsteps, which then must not be fewer.
+    The bound is then the number of microsteps, which must not be reduced.
     """
     return any(
         isinstance(statement, Send) and statement.destination is Destination.SELF
@@ -164,7 +165,7 @@ def _sends_to_itself(chart: Chart) -> bool:
     )
 
 
-def _larger(one: Capacities, other: Capacities) -> Capacities:
+def _maximum(one: Capacities, other: Capacities) -> Capacities:
     return replace(
         one,
         queue=max(one.queue, other.queue),
@@ -173,7 +174,7 @@ def _larger(one: Capacities, other: Capacities) -> Capacities:
     )
 
 
-def _assumed(report: Report) -> Iterator[str]:
+def _assumption(report: Report) -> Iterator[str]:
     closed, found = report.closed, report.exploration
     if closed.untimed:
         time = "timers fire at any time"
@@ -181,15 +182,17 @@ def _assumed(report: Report) -> Iterator[str]:
         time = "dense time"
     else:
         time = "discrete time" if closed.unit else "without delays"
-    alone = "the chart alone, under all that may come" if closed.is_open else "this system"
+    alone = "the chart alone, in an unrestricted environment" if closed.is_open else "this system"
     yield f"{closed.system.name}: {alone}; {time}; all {count_in_json(found.states)} states"
     if closed.max_pending != UNLIMITED:
-        yield f"at most {closed.max_pending + 1} events from outside wait in a queue at once"
+        yield f"at most {closed.max_pending + 1} external events wait in a queue at once"
     yield from report.assumptions
 
 
-def noted(files: Mapping[str, str | bytes], assumed: tuple[str, ...]) -> dict[str, str | bytes]:
-    """Return files whose headers say of their bounds that they are proved, and how."""
+def with_bounds_comment(
+    files: Mapping[str, str | bytes], assumed: tuple[str, ...]
+) -> dict[str, str | bytes]:
+    """Return files whose headers say that their bounds are proved, and under which assumptions."""
     lines = "".join(f"\n *   {line.replace('*/', '* /')}" for line in assumed)
     told = "/* Bounds and figures. Proved to be enough are queue, delayed sends and microsteps, for"
     told += f"{lines} */"

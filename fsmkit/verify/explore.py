@@ -1,4 +1,4 @@
-"""Explore a closed system by one of the two engines, and evaluate what was found."""
+"""Explore a closed system by one of the two engines, and evaluate the results."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from fsmkit.verify.report.verdict import (
     Result,
     Show,
     Verdict,
+    add_finding,
     conclude,
     overflowing,
-    tell,
 )
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.resources.time import TIMES, Time
@@ -35,9 +35,9 @@ from fsmkit.verify.statespace.closed_system import (
     MAX_PENDING_BEFORE_INPUT,
     UNLIMITED,
     ClosedSystem,
-    as_it_stands,
-    beyond_zones,
     close,
+    unexplored_system,
+    zones_rejection,
 )
 from fsmkit.verify.statespace.exploration import DEADLOCK, End, Exploration, Trail, unexplored
 from fsmkit.verify.statespace.ranks import Ranks, why_not_ranks
@@ -85,9 +85,9 @@ def _require_number(name: str, value: object, least: int, most: int) -> None:
 class ExplorationOptions:
     """How to explore, by the names and with the values of `fsmkit.check`.
 
-    ``engine``: ``c``, ``python``, or empty for C where there is a compiler. The engine in Python
-    has no zones: where they are asked for, time is discrete there. ``timeout``: seconds (0: none).
-    ``workers`` (0: all cores) do not change what is found, unless states are missed (``storage``).
+    ``engine``: ``c``, ``python``, or empty for C if there is a compiler. The engine in Python has
+    no zones: it uses discrete time instead. ``timeout``: seconds (0: none). ``workers`` (0: all
+    cores) do not change the results, unless a lossy ``storage`` misses states.
     """
 
     engine: str = ""
@@ -122,7 +122,7 @@ class ExplorationOptions:
     """A folder where compiled parts of explorers are kept for the next one with the same parts."""
 
     def __post_init__(self) -> None:
-        """Refuse values that there are not, and silent watchdogs where they have no meaning."""
+        """Reject unknown values, and silent watchdogs with timed exploration."""
         for what, value, known in (
             ("kind of time", self.time, TIMES),
             ("engine", self.engine, ENGINES),
@@ -150,7 +150,7 @@ class ExplorationOptions:
 
     @property
     def threads(self) -> int:
-        """How many cores this process may use, unless fewer are asked for."""
+        """The number of cores to use."""
         if self.workers:
             return self.workers
         if hasattr(os, "sched_getaffinity"):
@@ -158,9 +158,9 @@ class ExplorationOptions:
         return os.cpu_count() or 1
 
     def closed(self, system: System, *, zones: bool, enumerated: int = 0) -> ClosedSystem:
-        """Return a system closed to be explored in this manner; ``zones`` as the engine has it.
+        """Return a system closed for these options; ``zones`` if the engine has them.
 
-        ``enumerated``: as of `statespace.closed_system.close`.
+        ``enumerated``: as for `statespace.closed_system.close`.
         """
         return close(
             system,
@@ -187,10 +187,10 @@ def check_file(
     progress: Progress | None = None,
     deadline: Deadline | None = None,
 ) -> tuple[System, Report]:
-    """Read a system, or a chart alone, and check it; the ``deadline`` is for both together.
+    """Read a system, or a chart alone, and check it; the ``deadline`` includes reading.
 
-    ``replacing``, ``strict``, ``wires``, ``parameters``: as of `fsmkit.system.any_file.load_any`.
-    Where time ends while it is read, the system is one of no machines.
+    ``replacing``, ``strict``, ``wires``, ``parameters``: as for `fsmkit.system.any_file.load_any`.
+    If time ends during reading, the reported system has no machines.
     """
     options = options or ExplorationOptions()
     deadline = deadline or Deadline(options.timeout)
@@ -219,16 +219,18 @@ def check(
     progress: Progress | None = None,
     deadline: Deadline | None = None,
 ) -> Report:
-    """Explore a system and return the verdicts; ``properties`` limits those that are evaluated.
+    """Explore a system and return the verdicts; ``properties`` limits the evaluated ones.
 
-    All of it keeps to the ``deadline``; without one, to the seconds of the manner from now on.
-    Where time ends before the exploration begins, nothing is decided.
+    The ``deadline`` includes all of it; without one, the timeout of the options starts now. If time
+    ends before the exploration starts, nothing is decided.
     """
     options = options or ExplorationOptions()
     deadline = deadline or Deadline(options.timeout)
     _require_known(system, properties)
     try:
-        return _timed(_checked(system, findings, options, properties, progress, deadline), deadline)
+        return _with_times(
+            _check(system, findings, options, properties, progress, deadline), deadline
+        )
     except TimeUp:
         return _out_of_time(system, options, properties, findings, deadline)
 
@@ -240,22 +242,24 @@ def _out_of_time(
     findings: Findings,
     deadline: Deadline,
 ) -> Report:
-    """Return the report of a system of which nothing was explored: nothing is decided."""
+    """Return the report of an unexplored system: nothing is decided."""
     why = deadline.reached
     asked = [p for p in system.properties if not properties or p.name in properties]
     results = [Result(p.name, p.kind, p.text, Verdict.UNDECIDED, why, span=p.span) for p in asked]
     results = results or [Result(system.name, None, "", Verdict.UNDECIDED, why)]
     for result in results:
-        tell(result, findings)
+        add_finding(result, findings)
     found = unexplored(options.engine or "c", why, len(system.machines))
-    return _timed(Report(as_it_stands(system), found, tuple(results), findings, ()), deadline)
+    return _with_times(
+        Report(unexplored_system(system), found, tuple(results), findings, ()), deadline
+    )
 
 
-def _timed(report: Report, deadline: Deadline) -> Report:
+def _with_times(report: Report, deadline: Deadline) -> Report:
     return replace(report, spent={s.value: seconds for s, seconds in deadline.spent.items()})
 
 
-def _checked(
+def _check(
     system: System,
     findings: Findings,
     options: ExplorationOptions,
@@ -265,7 +269,7 @@ def _checked(
 ) -> Report:
     engine = options.engine or ("c" if compiler() is not None else "python")
     zones = options.time == "zones" and engine == "c"
-    beyond = beyond_zones(system) if zones else None
+    beyond = zones_rejection(system) if zones else None
     dense = zones and beyond is None
     closed = deadline.cut_off(Stage.GENERATING, lambda: options.closed(system, zones=dense))
     if beyond is not None:
@@ -281,18 +285,18 @@ def _checked(
             help="install `cc`, or name a compiler in the environment variable CC",
         )
 
-    def explored(closed: ClosedSystem, findings: Findings, seconds: float = 0) -> Report:
-        return _explored(closed, findings, options, engine, properties, progress, deadline, seconds)
+    def explore(closed: ClosedSystem, findings: Findings, seconds: float = 0) -> Report:
+        return _explore(closed, findings, options, engine, properties, progress, deadline, seconds)
 
     if not closed.samples:
-        return explored(closed, findings)
+        return explore(closed, findings)
     own = Findings()
-    report = explored(closed, own)
+    report = explore(closed, own)
     if any(result.verdict is Verdict.UNDECIDED for result in report.results):
         whole = options.closed(system, zones=dense, enumerated=COMBINED)
         if not whole.samples and _steps_of_all(report, whole) <= MOST_STEPS[engine]:
             tried = Findings()
-            every = explored(whole, tried, MOST_SECONDS)
+            every = explore(whole, tried, MOST_SECONDS)
             if every.exploration.end is End.COMPLETE:
                 report, own = every, tried
     findings.extend(own)
@@ -300,13 +304,13 @@ def _checked(
 
 
 def _steps_of_all(report: Report, whole: ClosedSystem) -> int:
-    """Estimate the steps of a search that tries every value, from the states that samples reach."""
+    """Estimate the steps of a search over all values, from the states reached by samples."""
     inputs = prod(len(each.values) for each in whole.free_inputs)
     results = sum(len(values) for each in whole.results for values in each.values())
     return report.exploration.states * (len(whole.possible) + inputs + results)
 
 
-def _explored(
+def _explore(
     closed: ClosedSystem,
     findings: Findings,
     options: ExplorationOptions,
@@ -317,8 +321,8 @@ def _explored(
     seconds: float,
 ) -> Report:
     """Explore a closed system for ``seconds`` at most (0: to the deadline); return the verdicts."""
-    until = _awaited(closed, properties)
-    fatal = _fatal(closed, options.ends_at)
+    until = _deciding_marks(closed, properties)
+    fatal = _fatal_marks(closed, options.ends_at)
     if engine == "python":
         found, trail_of = explore_in_python(
             closed, traps=closed.is_open, deadline=deadline, progress=progress, until=until
@@ -327,7 +331,9 @@ def _explored(
         def trail(path: tuple[int, ...]) -> Trail:
             return deadline.cut_off(Stage.REPLAYING, lambda: trail_of(path))
 
-        return conclude(closed, found, _shower(closed, deadline, trail), properties, findings)
+        return conclude(
+            closed, found, _counterexample_writer(closed, deadline, trail), properties, findings
+        )
     if options.max_pending is None and options.search is Search.SYMBOLIC:
         report = _without_limit(closed, findings, options, properties, progress, deadline)
         if isinstance(report, Report):
@@ -337,12 +343,14 @@ def _explored(
         closed, findings, deadline, options.objects, options.ranks, properties=properties
     )
     with closing(built_by) as built:
-        found = _searched(built, options, progress, until, fatal, seconds)
+        found = _search(built, options, progress, until, fatal, seconds)
         if closed.zones:
             memory = options.memory
             answers = temporal_answers(built, closed, found, memory, progress, properties)
             found = replace(found, temporal=answers)
-        show = _shower(closed, deadline, built.trail, built.confirm, shows=options.shows)
+        show = _counterexample_writer(
+            closed, deadline, built.trail, built.confirm, shows=options.shows
+        )
         report = conclude(closed, found, show, properties, findings)
         return replace(report, interrupted=built.interrupted)
 
@@ -355,8 +363,8 @@ def _note_discrete_time(
         "discrete-time",
         f"time is discrete in this check, not dense: {why}",
         where,
-        help=f"what happens only between two multiples of {unit} is not seen; "
-        "`--time untimed` leaves no time out",
+        help=f"events strictly between two multiples of {unit} are not explored; "
+        "`--time untimed` covers all times",
     )
 
 
@@ -368,29 +376,31 @@ def _without_limit(
     progress: Progress | None,
     deadline: Deadline,
 ) -> Report | tuple[int, ...]:
-    """Return what a symbolic search finds where what comes from outside never waits.
+    """Search symbolically with external events that never wait; return the result.
 
-    It has half of the memory, and of the time. If it does not end in these, or queues overflow,
-    the machines of those queues are returned instead. An interrupt is raised.
+    The search has half of the memory, and of the time. If it does not complete, or if queues
+    overflow, the machines of those queues are returned instead. An interrupt is raised.
     """
     hasty = replace(closed, max_pending=UNLIMITED)
     own = Findings()
     with closing(CEngine(hasty, own, deadline, options.objects, properties=properties)) as built:
         seconds = deadline.left / 2 if isfinite(deadline.left) else 0
-        until, fatal = _awaited(hasty, properties), _fatal(hasty, options.ends_at)
+        until, fatal = _deciding_marks(hasty, properties), _fatal_marks(hasty, options.ends_at)
         half = replace(options, memory=options.memory // 2)
-        found = _searched(built, half, progress, until, fatal, seconds)
-        if built.interrupted:  # its verdicts would be those of another assumption
+        found = _search(built, half, progress, until, fatal, seconds)
+        if built.interrupted:  # its verdicts would have another assumption
             raise KeyboardInterrupt
         lost = overflowing(hasty, found)
         if lost or found.end not in (End.COMPLETE, End.DECIDED):
             return lost
         findings.extend(own)
-        show = _shower(hasty, deadline, built.trail, built.confirm, shows=options.shows)
+        show = _counterexample_writer(
+            hasty, deadline, built.trail, built.confirm, shows=options.shows
+        )
         return conclude(hasty, found, show, properties, findings)
 
 
-def _searched(
+def _search(
     built: CEngine,
     options: ExplorationOptions,
     progress: Progress | None,
@@ -398,7 +408,7 @@ def _searched(
     fatal: frozenset[int] = frozenset(),
     seconds: float = 0,
 ) -> Exploration:
-    search, order = options.search, _places(built.closed.system, options.order)
+    search, order = options.search, _machine_numbers(built.closed.system, options.order)
     if why_not_symbolic(built.closed, options.storage) or (fatal and search is Search.AUTO):
         search = Search.EXPLICIT
     if options.ranks is not None:
@@ -425,7 +435,7 @@ def _searched(
         graph = run(Search.EXPLICIT)
         if graph.end is not End.MEMORY:
             return graph
-        found = run(Search.SYMBOLIC)  # what the graph is not needed for may still be decided
+        found = run(Search.SYMBOLIC)  # properties that do not need the graph may still be decided
         if found.end is not End.COMPLETE:
             return graph
         return _with_graph(built.closed, found, graph)
@@ -436,7 +446,7 @@ def _searched(
 
 
 def _with_graph(closed: ClosedSystem, found: Exploration, graph: Exploration) -> Exploration:
-    """Return what a symbolic search found, with what the graph of all states tells beyond it."""
+    """Complete the result of a symbolic search by what the graph of all states shows."""
     steps = {1 + n for n, p in enumerate(closed.system.properties) if p.is_of_steps}
     marks = (*found.marks, *(mark for mark in graph.marks if mark.number in steps))
     missing = steps if graph.end is not End.COMPLETE else set()
@@ -453,8 +463,8 @@ def _with_graph(closed: ClosedSystem, found: Exploration, graph: Exploration) ->
     )
 
 
-def _places(system: System, names: Sequence[str]) -> tuple[int, ...]:
-    """Return the machines of an order by number; `FsmkitError` for one that there is not."""
+def _machine_numbers(system: System, names: Sequence[str]) -> tuple[int, ...]:
+    """Return the machines of an order by number. Raises `FsmkitError` for an unknown one."""
     places = {machine.name: number for number, machine in enumerate(system.machines)}
     for name in names:
         if name not in places:
@@ -469,38 +479,38 @@ def _places(system: System, names: Sequence[str]) -> tuple[int, ...]:
 
 
 def _require_symbolic(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
-    """Refuse a symbolic search, where it was asked for by name, of what has none."""
+    """Reject an explicit request for a symbolic search that is not possible."""
     if options.search is not Search.SYMBOLIC:
         return
     why = why_not_symbolic(closed, options.storage)
     if engine == "python":
         why = "the engine in Python keeps states one by one"
-    _refuse_search("symbolic search", why, "--search", closed)
+    _reject_search("symbolic search", why, "--search", closed)
 
 
 def _require_ranks(options: ExplorationOptions, engine: str, closed: ClosedSystem) -> None:
-    """Refuse several processes where what was asked for is of one."""
+    """Reject several processes if the options need one process."""
     if options.ranks is None:
         return
     why = why_not_ranks(closed, options.storage, options.search)
     if engine == "python":
         why = "the engine in Python is one process"
-    _refuse_search("search by several ranks", why, "--mpi", closed)
+    _reject_search("a search by several ranks", why, "--mpi", closed)
 
 
-def _refuse_search(search: str, why: str, option: str, closed: ClosedSystem) -> None:
-    """Refuse a search if there is a reason."""
+def _reject_search(search: str, why: str, option: str, closed: ClosedSystem) -> None:
+    """Reject a search if there is a reason."""
     if why:
         way_out = "use `--time discrete` or `--time untimed`, or " if closed.zones else ""
         raise fail(
             "no-such-search",
-            f"there is no {search} here: {why}",
+            f"a {search} is not possible here: {why}",
             help=f"{way_out}leave `{option}` out",
         )
 
 
 def _require_stored(storage: Storage, engine: str, closed: ClosedSystem) -> None:
-    """Refuse what is not exact where there is no such storage."""
+    """Reject a lossy storage that the search does not support."""
     if storage is Storage.EXACT or (engine != "python" and not closed.zones):
         return
     what, way_out = "zones are kept", "use `--time discrete` or `--time untimed`"
@@ -508,12 +518,12 @@ def _require_stored(storage: Storage, engine: str, closed: ClosedSystem) -> None
         what, way_out = "the engine in Python keeps states", "use the engine in C"
     raise fail(
         "no-such-storage",
-        f"there is no storage `{storage.value}` here: {what} exactly",
-        help=f"{way_out}, or leave `--storage` out",
+        f"the storage `{storage.value}` is not possible here: {what} exactly",
+        help=f"{way_out}, or remove `--storage`",
     )
 
 
-def _shower(
+def _counterexample_writer(
     closed: ClosedSystem,
     deadline: Deadline,
     trail_of: Callable[[tuple[int, ...]], Trail],
@@ -537,10 +547,10 @@ def _shower(
             return Counterexample((), trail, None, (), str(error))
         return found if confirm is None else confirm(found, whole)
 
-    given_up = not shows and not closed.is_open  # of an open one, a run tells a trap from rest
+    given_up = not shows and not closed.is_open  # a run of an open chart shows whether it is a trap
 
     def show(path: tuple[int, ...], cycle: tuple[int, ...]) -> Counterexample | None:
-        nonlocal given_up  # once out of time, or interrupted: then what is known is told at once
+        nonlocal given_up  # after a timeout or an interrupt, report the known results at once
         try:
             return None if given_up else shown(path, cycle)
         except (TimeUp, KeyboardInterrupt):
@@ -550,8 +560,8 @@ def _shower(
     return show
 
 
-def _awaited(closed: ClosedSystem, properties: frozenset[str]) -> frozenset[int]:
-    """Return the marks that decide all properties asked for by name; none if some have no mark."""
+def _deciding_marks(closed: ClosedSystem, properties: frozenset[str]) -> frozenset[int]:
+    """Return the marks that decide all requested properties; empty if some have no mark."""
     found = set()
     for number, property_ in enumerate(closed.system.properties):
         if property_.name not in properties:
@@ -568,7 +578,7 @@ def _awaited(closed: ClosedSystem, properties: frozenset[str]) -> frozenset[int]
     return frozenset(found)
 
 
-def _fatal(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
+def _fatal_marks(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
     """Return the marks of states that violate one of these properties."""
     found = set()
     for number, property_ in enumerate(closed.system.properties):
@@ -582,10 +592,10 @@ def _fatal(closed: ClosedSystem, names: frozenset[str]) -> frozenset[int]:
     return frozenset(found)
 
 
-def asking_only(system: System, properties: frozenset[str]) -> System:
-    """Return a system of which only the named properties are asked, and their monitors watch.
+def with_properties(system: System, properties: frozenset[str]) -> System:
+    """Return a system with only the named properties and their monitors (empty: all).
 
-    None named: all. Raises `FsmkitError` (``no-such-property``).
+    Raises `FsmkitError` (``no-such-property``).
     """
     if not properties:
         return system
@@ -610,13 +620,13 @@ def _require_known(system: System, properties: frozenset[str]) -> None:
         )
 
 
-def explored(
+def explore(
     system: System,
     findings: Findings,
     options: ExplorationOptions,
     progress: Progress | None = None,
 ) -> Exploration:
-    """Return what an exploration finds, without evaluating it."""
+    """Return the result of an exploration, without evaluating it."""
     zones = options.time == "zones" and options.engine != "python"
     closed = options.closed(system, zones=zones)
     deadline = Deadline(options.timeout)
@@ -627,4 +637,4 @@ def explored(
         )
         return found
     with closing(CEngine(closed, findings, deadline)) as built:
-        return _searched(built, options, progress)
+        return _search(built, options, progress)

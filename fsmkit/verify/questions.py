@@ -1,4 +1,4 @@
-"""Questions to a system at a moment: expressions, what an event would do, and why it would not."""
+"""Queries on a system at an instant: expressions, the effect of an event, and why it has none."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Json = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """An expression over a system, read."""
+    """A parsed expression over a system."""
 
     text: str
     tree: lang.Expr
@@ -42,9 +42,9 @@ class Expression:
 def read(
     system: System, text: str | Text, machine: int | None, expected: lang.Type | None
 ) -> Expression:
-    """Read an expression; ``machine``: whose names it has, else names are ``machine.name``.
+    """Parse an expression. ``machine``: its scope; None: names are ``machine.name``.
 
-    `FsmkitError` with what is wrong with it.
+    Raises `FsmkitError` with the errors in it.
     """
     written = text
     if not isinstance(written, Text):
@@ -74,7 +74,7 @@ def read(
 
 
 def _scope(chart: Chart) -> lang.Scope:
-    """Return the names that an expression outside of all steps can have."""
+    """Return the names that an expression between steps can use."""
     storages = ((chart.data, lang.Storage.DATA), (chart.inputs, lang.Storage.INPUT), (chart.outputs, lang.Storage.OUTPUT))  # fmt: skip  # noqa: E501
     return lang.Scope(
         variables={v.name: (v.type, storage) for them, storage in storages for v in them},
@@ -102,15 +102,15 @@ def shown(expression: Expression, snapshots: Sequence[Snapshot]) -> Json:
     return {"value": to_json(value, expression.tree.type), "type": str(expression.tree.type)}
 
 
-# --- what an event would do -------------------------------------------------------------------
+# --- the effect of an event -----------------------------------------------------------------------
 
 
 class UnknownError(Exception):
-    """A guard needs what nobody knows before the step: a payload, or the answer of the host."""
+    """A guard needs a payload or a result of the host, which are not known before the step."""
 
 
-class _Dry(Globals):
-    """A machine in which guards are evaluated and nothing is done."""
+class _GuardEvaluator(Globals):
+    """A machine whose guards are evaluated without effects."""
 
     def __init__(
         self, chart: Chart, snapshot: Snapshot, event: int, payload: tuple[lang.Value, ...] | None
@@ -134,36 +134,36 @@ class _NoHost:
 def why(
     chart: Chart, snapshot: Snapshot, event: int, payload: tuple[lang.Value, ...] | None
 ) -> Json:
-    """Return what an event would do: each transition that is looked at, and what its guard says.
+    """Return the effect of an event: the candidate transitions, and the values of their guards.
 
-    ``would``: ``yes``, ``no``, ``deferred``, or ``?`` where it depends on a payload that is not
-    given or on an operation of the host.
+    ``would``: ``yes``, ``no``, ``deferred``, or ``?`` if it depends on a payload that is not given
+    or on an operation of the host.
     """
     if not snapshot.running:
         return {"would": "no", "looked": [], "because": "the machine does not run"}
-    dry = _Dry(chart, snapshot, event, payload)
+    dry = _GuardEvaluator(chart, snapshot, event, payload)
     try:
         enabled, is_deferred = select_transitions(dry, event)
         would = "yes" if enabled else "deferred" if is_deferred else "no"
     except UnknownError:
         would = "?"
-    rows = list(_looked(dry, event))
+    rows = list(_candidates(dry, event))
     if dry.fault is not None:
         return {"would": "fault", "looked": rows, "because": f"a guard ends in `{dry.fault}`"}
     because = "" if rows or would != "no" else "no active state has a transition for it"
     return {"would": would, "looked": rows, **({"because": because} if because else {})}
 
 
-def _looked(dry: _Dry, event: int) -> Iterator[Json]:
-    """Yield the transitions for an event from the leaves outwards, up to the first that is taken.
+def _candidates(dry: _GuardEvaluator, event: int) -> Iterator[Json]:
+    """Yield the candidates for an event from the leaves outwards, up to the first that is taken.
 
-    As `select_transitions` looks at them, before it drops those in conflict.
+    The order is that of `select_transitions`, before conflicts are removed.
     """
     seen: set[int] = set()
     for leaf in atomic_states(dry):
         for state in dry.index.chain[leaf]:
             for transition in dry.index.by_event[state].get(event, ()):
-                row = _looked_at(dry, transition)
+                row = _candidate(dry, transition)
                 if transition.index not in seen:
                     seen.add(transition.index)
                     yield row
@@ -176,7 +176,7 @@ def _looked(dry: _Dry, event: int) -> Iterator[Json]:
             break
 
 
-def _looked_at(dry: _Dry, transition: Transition) -> Json:
+def _candidate(dry: _GuardEvaluator, transition: Transition) -> Json:
     """Return a transition with its guard and the values in it."""
     chart, guard = dry.chart, transition.guard
     row: Json = {"t": transition.index, "state": chart.states[transition.source].id, "holds": True}
@@ -199,22 +199,22 @@ def _looked_at(dry: _Dry, transition: Transition) -> Json:
 
 
 def events(chart: Chart, snapshot: Snapshot | None) -> list[Json]:
-    """Return the events that a machine receives, and whether each would do something now.
+    """Return the events that a machine receives, and whether each would have an effect now.
 
-    Of a machine that is not known, None, nobody can say: ``?``.
+    For an unknown machine, None, it is ``?``.
     """
     return [
         {
             "event": event.name,
             "would": "?"
             if snapshot is None
-            else why(chart, snapshot, event.index, _known(chart, event.index))["would"],
+            else why(chart, snapshot, event.index, _empty_payload(chart, event.index))["would"],
         }
         for event in chart.events
         if is_received(event)
     ]
 
 
-def _known(chart: Chart, event: int) -> tuple[lang.Value, ...] | None:
-    """Return the payload of an event that has none."""
+def _empty_payload(chart: Chart, event: int) -> tuple[lang.Value, ...] | None:
+    """Return the payload of an event without fields."""
     return None if chart.events[event].fields else ()

@@ -1,4 +1,4 @@
-"""Performs a recorded trace again: what the saved pytests call."""
+"""Perform a recorded trace again; the saved pytests call this."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ from fsmkit.verify.testgen.replay_python import in_python
 def perform(recorded: Mapping[str, Any], folder: Path = Path()) -> list[list[str]]:
     """Perform the steps of a saved trace in the interpreter; return the trace lines of each.
 
-    Files are looked for in a folder. `ReplayError` if a step cannot be taken any more: the charts
-    have changed.
+    Files are relative to ``folder``. Raises `ReplayError` if a step is no longer possible: the
+    charts have changed.
     """
-    return [list(step.lines) for step in _performed(recorded, folder)[1]]
+    return [list(step.lines) for step in _perform(recorded, folder)[1]]
 
 
 def perform_in_python(recorded: Mapping[str, Any], folder: Path = Path()) -> list[list[str]]:
-    """Perform them in the generated Python; the line that tells the time of a step is left out."""
-    closed, steps = _performed(recorded, folder)
+    """Perform them in the generated Python, without the lines with the time of a step."""
+    closed, steps = _perform(recorded, folder)
     return in_python(closed, steps)
 
 
-def _performed(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem, list[TraceStep]]:
-    _, closed, trail = loaded(recorded, folder)
+def _perform(recorded: Mapping[str, Any], folder: Path) -> tuple[ClosedSystem, list[TraceStep]]:
+    _, closed, trail = load_trace(recorded, folder)
     return closed, Replay(closed).write(trail)
 
 
-def loaded(
+def load_trace(
     recorded: Mapping[str, Any], folder: Path = Path()
 ) -> tuple[System, ClosedSystem, Trail]:
-    """Return the system of a saved trace as it is read, as it is explored, and the path in it.
+    """Return the system of a saved trace, the same as it is explored, and the path in it.
 
-    The machines that were read come first in the explored system. `FsmkitError` where the file is
-    not to be read.
+    The machines of the system come first in the explored system. Raises `FsmkitError` if the file
+    cannot be read.
     """
     replacing = {n: folder / file for n, file in recorded.get("replaced", {}).items()}
     wires = [folder / file for file in recorded.get("wires", ())]

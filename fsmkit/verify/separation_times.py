@@ -1,4 +1,4 @@
-"""The least and the greatest time between two configurations of a system, exactly, by zones."""
+"""Compute the exact minimum and maximum time between two conditions of a system, by zones."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DELAYS_WATCHED = 64
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """A bound on a time: in ticks, and whether the time can be just that long."""
+    """A bound on a time: in ticks, and whether the bound is attained."""
 
     ticks: int
     reached: bool
@@ -30,12 +30,12 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class SeparationTimes:
-    """How long it takes from when a condition begins to hold until another one holds next.
+    """The time from one condition's start until another condition holds next.
 
-    ``least`` and ``greatest`` of all times that are possible, in ticks; None if it never comes to
-    the end, or if the time is longer than ``most``. ``pending``: the longest that may have passed
-    while the end has not come yet, None if that can be longer than ``most``: it is greater than
-    ``greatest`` where the end may never come. ``doubt``: why nothing is known, if so.
+    ``least`` and ``greatest`` of all possible times, in ticks; None if the end is never reached, or
+    if the time exceeds ``most``. ``pending``: the maximum time that can pass before the end; None
+    if it can exceed ``most``. It is greater than ``greatest`` if the end may never be reached.
+    ``doubt``: why nothing is known, if so.
     """
 
     least: Limit | None
@@ -45,7 +45,7 @@ class SeparationTimes:
     doubt: str = ""
 
     def is_within(self, ticks: int) -> bool:
-        """Whether the end always comes after at most so many ticks, which ``most`` must exceed."""
+        """Whether the end is always reached after at most ``ticks``, less than ``most``."""
         return not self.doubt and self.pending is not None and self.pending.ticks <= ticks
 
 
@@ -58,18 +58,18 @@ def separation_times(
     memory: int = 4 << 30,
     timeout: float = 0,
 ) -> SeparationTimes:
-    """Measure the time from when ``begin`` begins to hold until ``end`` holds next (at once: 0).
+    """Measure the time from when ``begin`` becomes true until ``end`` holds (at once: 0).
 
-    Both are conditions as in properties. A beginning while the time runs already is measured too.
-    Times beyond ``most`` ticks only count as longer. `FsmkitError` if a condition is wrong or there
-    is no C compiler.
+    Both are conditions as in properties. A start while the time is running already is measured,
+    too. Times beyond ``most`` ticks only count as longer. Raises `FsmkitError` if a condition is
+    wrong or if there is no C compiler.
     """
     findings = Findings()
     measured = replace(system, properties=tuple(_reached(system, (begin, end), findings)))
     findings.stop_on_errors()
     closed = replace(close(measured), zones=True)
     unit = closed.unit or 1
-    units = -(-(_furthest(closed) if most is None else most) // unit)
+    units = -(-(_longest_delay(closed) if most is None else most) // unit)
     with closing(CEngine(closed, findings)) as engine:
         found, told = engine.watch(0, 1, units, memory, timeout)
     if found.end is not End.COMPLETE or closed.samples:
@@ -107,6 +107,6 @@ def _reached(system: System, texts: tuple[str, ...], findings: Findings) -> list
     return found
 
 
-def _furthest(closed: ClosedSystem) -> int:
+def _longest_delay(closed: ClosedSystem) -> int:
     delays = [delay for chart in closed.charts for delay in delays_of(chart)]
     return DELAYS_WATCHED * max((delay for delay in delays if delay is not None), default=1)

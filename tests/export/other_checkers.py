@@ -16,7 +16,7 @@ from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.jani.model import FORESEEN, model_of
 from fsmkit.export.network import Network
-from fsmkit.export.promela.model import claim_names, written
+from fsmkit.export.promela.model import claim_names, write_model
 from fsmkit.system.properties.kinds import deadlock_free, leads_to, reachable
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
@@ -66,7 +66,7 @@ class Compared:
     spin: Answer
     storm: Answer | None
     unfair: frozenset[str] = frozenset()
-    unasked: frozenset[str] = field(default_factory=frozenset)
+    builtin_results: frozenset[str] = field(default_factory=frozenset)
     """Properties that are not carried over."""
 
     def differences(self) -> list[str]:
@@ -170,7 +170,7 @@ def by_explorer(report: Report) -> Answer:
 
 def by_spin(network: Network, seconds: float = 600, *, states: bool = True) -> Answer:
     """Return what SPIN says: all states, if wanted, and each property that is a never claim."""
-    text = written(network)
+    text = write_model(network)
     properties = network.closed.system.properties
     names = dict(zip(claim_names(properties), properties, strict=True))
     with tempfile.TemporaryDirectory() as name:

@@ -17,9 +17,9 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export import explored
 from fsmkit.export.collect import network_of
 from fsmkit.export.cspm.alphabet import Alphabet
-from fsmkit.export.cspm.assertions import asserted
-from fsmkit.export.cspm.identifiers import comment, listed
-from fsmkit.export.cspm.model import written
+from fsmkit.export.cspm.assertions import assertions_of
+from fsmkit.export.cspm.identifiers import comment, format_names
+from fsmkit.export.cspm.model import write_model
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.formula import Form
 from fsmkit.export.transition_system import START, TICK, _label
@@ -27,7 +27,7 @@ from fsmkit.system.any_file import load_any
 from fsmkit.system.properties.kinds import deadlock_free
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import explore_in_python
-from fsmkit.verify.statespace.actions import Who
+from fsmkit.verify.statespace.actions import Mover
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Exploration
 from fsmkit.verify.statespace.global_steps import GlobalSteps, State
@@ -119,7 +119,7 @@ def explorers(closed: ClosedSystem, most: int) -> Graph:
         edges = list(steps.successors(state))
         shown = steps.snapshots(state)
         arrows = [(_label(closed, shown, edge), number_of(edge.to)) for edge in edges]
-        busy = any(edge.who is Who.INTERNAL for edge in edges)
+        busy = any(edge.mover is Mover.INTERNAL for edge in edges)
         if closed.unit and not busy and all(label != TICK for label, _ in arrows):
             arrows.append((TICK, numbers[state]))
         graph.append(arrows)
@@ -142,7 +142,7 @@ def compared(system: System, *, untimed: bool, silent: bool = False, most: int =
         name: f"{network.automata[event.machine].name}: {event.label}"
         for event, name in alphabet.events.items()
     }
-    text = written(network)
+    text = write_model(network)
     assert list(broken_rules(text)) == []
     meaning = Meaning(text)
 
@@ -170,7 +170,9 @@ def evaluated(closed: ClosedSystem, meaning: Meaning, alphabet: Alphabet) -> dic
     assert meaning.holds(unseen, 10**5)
     assert meaning.holds(divergence, 10**5) is (found.livelock is None)
     verdicts = {"livelock": found.livelock is None}
-    carried = [one for one in asserted(alphabet.network, alphabet.names, None) if one.is_carried]
+    carried = [
+        one for one in assertions_of(alphabet.network, alphabet.names, None) if one.is_carried
+    ]
     for one, assertion in zip(carried, properties, strict=True):
         wanted = is_seen(closed, found, one.claim.property.name) is (one.claim.form is Form.REACHED)
         assert meaning.holds(assertion, 10**5) is wanted, one.claim.property.name
@@ -246,7 +248,7 @@ def test_the_queue_of_a_machine_that_stops_is_emptied(load: Load, untimed: bool)
     system = load(ending=ENDING, caller=CALLER, called=CALLED)
     network = network_of(system, ExportOptions(untimed=untimed))
     assert any(not local.running for local in network.automata[1].locals)
-    assert "CALLED_QUEUE_CLOSED" in written(network)
+    assert "CALLED_QUEUE_CLOSED" in write_model(network)
     compared(system, untimed=untimed)
 
 
@@ -292,7 +294,7 @@ def test_a_queue_has_the_states_that_are_reached(load: Load, capacity: int) -> N
     ponger = PONGER.replace("queue: 8", f"queue: {capacity}")
     network = network_of(load(pings=PINGS, pinger=PINGER, ponger=ponger), ExportOptions())
     assert network.automata[1].queue == capacity
-    meaning = Meaning(written(network))
+    meaning = Meaning(write_model(network))
     assert states_of_parts(meaning) == [7, 4, 4, 6]
     compared(load(pings=PINGS, pinger=PINGER, ponger=ponger), untimed=True)
 
@@ -301,7 +303,7 @@ def test_a_queue_has_the_states_that_are_reached(load: Load, capacity: int) -> N
 @pytest.mark.parametrize("name", ["csma_cd/csma_cd", "fddi/fddi", "gantry/gantry"])
 def test_no_process_is_larger_than_the_system(name: str) -> None:
     network = network_of(read(MACHINES / f"{name}.yaml"), ExportOptions(untimed=True))
-    assert sum(states_of_parts(Meaning(written(network)))) <= 2 * network.states
+    assert sum(states_of_parts(Meaning(write_model(network)))) <= 2 * network.states
 
 
 def test_a_content_that_was_not_seen_is_found(load: Load) -> None:
@@ -312,14 +314,14 @@ def test_a_content_that_was_not_seen_is_found(load: Load) -> None:
     for content in ponger.contents[1:]:
         rest = tuple(each for each in ponger.contents if each != content)
         without = replace(network, automata=(pinger, replace(ponger, contents=rest)))
-        meaning = Meaning(written(without))
+        meaning = Meaning(write_model(without))
         assert not meaning.holds(meaning.script.assertions[0], 10**5)
 
 
 def visible_names(folder: Path, text: str) -> dict[str, str]:
     """Return the names of `VISIBLE` that a chart is written with, and their comments."""
     (folder / "chart.yaml").write_text(text)
-    written_ = written(network_of(read(folder / "chart.yaml"), ExportOptions(untimed=True)))
+    written_ = write_model(network_of(read(folder / "chart.yaml"), ExportOptions(untimed=True)))
     assert list(broken_rules(written_)) == []
     block = written_.partition("datatype LABEL =\n")[2].partition("channel")[0]
     return dict(re.findall(r"(\w+)  -- (.*)", block))
@@ -381,13 +383,13 @@ states:
 def test_time_that_stands_still_is_asserted(tmp_path: Path) -> None:
     """No deadlock, yet `tock` never comes: the last assertion says so."""
     (tmp_path / "late.yaml").write_text(LATE)
-    meaning = Meaning(written(network_of(read(tmp_path / "late.yaml"), ExportOptions())))
+    meaning = Meaning(write_model(network_of(read(tmp_path / "late.yaml"), ExportOptions())))
     *_, deadlock, time = meaning.script.assertions
     assert (deadlock[1], time[1]) == (":[deadlock free [F]]", "[FD=")
     assert meaning.holds(deadlock, 10**4)
     assert not meaning.holds(time, 10**4)
     (tmp_path / "late.yaml").write_text(LATE.replace("{0ms: t, 1s: s}", "{1s: t}"))
-    meaning = Meaning(written(network_of(read(tmp_path / "late.yaml"), ExportOptions())))
+    meaning = Meaning(write_model(network_of(read(tmp_path / "late.yaml"), ExportOptions())))
     assert meaning.holds(meaning.script.assertions[-1], 10**4)
 
 
@@ -399,10 +401,12 @@ def test_a_comment_is_ascii_and_one_line() -> None:
 
 def test_names_longer_than_a_line_are_listed() -> None:
     names = [letter * 100 for letter in "abc"]
-    assert listed(names, "  ") == f"{{{names[0]},\n   {names[1]},\n   {names[2]}}}"
+    assert format_names(names, "  ") == f"{{{names[0]},\n   {names[1]},\n   {names[2]}}}"
     script = f"channel {names[0]} : {{0..1}}\nP = (({names[0]}.0 -> P)[[NAMES]])\n"
     pairs = [f"{names[0]} <- {names[0]}"] * 2
-    assert not list(broken_rules(script.replace("[[NAMES]]", listed(pairs, "  ", "[[", "]]"))))
+    assert not list(
+        broken_rules(script.replace("[[NAMES]]", format_names(pairs, "  ", "[[", "]]")))
+    )
 
 
 SCRIPT = "channel go : {0..3}\nP(n) = (go.n -> P(n))\nassert P(0) :[deadlock free [F]]\n"

@@ -12,7 +12,7 @@ from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings
 from fsmkit.export.cspm.comparison import comparison
-from fsmkit.export.cspm.refinement_model import written
+from fsmkit.export.cspm.refinement_model import write_refinement
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.verify.properties.refinement import refines
 from tests.export.cspm_meaning import Meaning
@@ -40,7 +40,10 @@ def test_small_charts(tmp_path: Path, name: str) -> None:
     for one, other in ((derived, base), (base, derived), (base, base)):
         found = refines(one, other)
         assert not found.doubt
-        assert evaluated(written(comparison(one, other, ExportOptions()))) is not found.violated
+        assert (
+            evaluated(write_refinement(comparison(one, other, ExportOptions())))
+            is not found.violated
+        )
 
 
 KINDS = {
@@ -66,7 +69,7 @@ def test_each_kind_of_chart_refines_itself(tmp_path: Path, kind: str) -> None:
     chart = load_with_findings(tmp_path / "kind.yaml", Findings())
     found = refines(chart, chart)
     assert (found.violated, found.doubt) == (False, "")
-    assert evaluated(written(comparison(chart, chart, ExportOptions())))
+    assert evaluated(write_refinement(comparison(chart, chart, ExportOptions())))
 
 
 @pytest.mark.slow

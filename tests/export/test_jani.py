@@ -14,7 +14,7 @@ import pytest
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.jani.model import WIDTH, written
+from fsmkit.export.jani.model import WIDTH, write_model
 from fsmkit.export.network import Network
 from tests.export.agreement import loaded
 from tests.export.other_checkers import CheckerError, by_spin, by_storm, has_storm
@@ -53,7 +53,7 @@ states:
 
 def exported(system: Any, *, untimed: bool = False) -> tuple[Network, dict[str, Any]]:
     network = network_of(system, ExportOptions(untimed))
-    return network, json.loads(written(network))
+    return network, json.loads(write_model(network))
 
 
 def strings(value: object) -> Iterator[str]:
@@ -127,7 +127,7 @@ def test_what_is_not_carried_over_is_told(load: Load) -> None:
 @pytest.mark.cc
 def test_lines_are_short_but_for_expressions() -> None:
     network = network_of(loaded(MACHINES / "philosophers/table.yaml"), ExportOptions())
-    long = [line for line in written(network).splitlines() if len(line) > WIDTH]
+    long = [line for line in write_model(network).splitlines() if len(line) > WIDTH]
     texts = ("comment", "description", "op")
     assert all(any(f'"{text}": ' in line for text in texts) for line in long)
 

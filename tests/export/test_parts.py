@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsmkit.export.changes import Joint, by_themselves, changes, joint_moves
+from fsmkit.export.changes import Joint, changes, joint_moves, shifting_components
 from fsmkit.export.collect import network_of
 from fsmkit.export.components import Code, Cubes, Parts
 from fsmkit.export.exporter import ExportOptions
@@ -72,7 +72,7 @@ def test_each_step_is_made_by_one_change(codes: list[Code], data: st.DataObject)
 def test_components_that_change_by_themselves(codes: list[Code], data: st.DataObject) -> None:
     number = st.sampled_from(range(len(codes)))
     steps = list(data.draw(st.dictionaries(number, number)).items())
-    alone = by_themselves(codes, steps)
+    alone = shifting_components(codes, steps)
     for change, places in changes(codes, steps, but=alone):
         assert not change.keys() & alone.keys()
         for before, after in (steps[place] for place in places):

@@ -11,7 +11,7 @@ import pytest
 
 from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
-from fsmkit.export.promela.model import written
+from fsmkit.export.promela.model import write_model
 from tests.export.agreement import loaded
 from tests.export.other_checkers import by_spin
 from tests.export.test_jani import WATCHED
@@ -24,7 +24,7 @@ HASTY = Path(__file__).parents[2] / "machines/fischer/hasty.yaml"
 def test_the_commands_of_the_header(require_tool: Callable[[str], str], tmp_path: Path) -> None:
     require_tool("spin")
     network = network_of(loaded(HASTY), ExportOptions())
-    text = written(network)
+    text = write_model(network)
     (tmp_path / "m.pml").write_text(text, encoding="utf-8")
     commands = re.findall(r"^ \*   ((?:spin|cc) .*?)(?:   .*)?$", text, re.MULTILINE)
     assert len(commands) == 3
@@ -41,7 +41,7 @@ def test_the_commands_of_the_header(require_tool: Callable[[str], str], tmp_path
 
 @pytest.mark.cc
 def test_what_is_not_carried_over_is_told(load: Load) -> None:
-    text = written(network_of(load(**WATCHED), ExportOptions()))
+    text = write_model(network_of(load(**WATCHED), ExportOptions()))
     assert re.findall(r"^never (\w+) ", text, re.MULTILINE) == ["never_both"]
     assert len(re.findall(r"^/\* not carried over: .* \*/$", text, re.MULTILINE)) == 3
 
@@ -106,7 +106,7 @@ def test_what_may_be_asked_for_besides(
     """A full queue, and a fault, are errors if that is wanted."""
     require_tool("spin")
     (tmp_path / "m.pml").write_text(
-        written(network_of(load(**BAD), ExportOptions())), encoding="utf-8"
+        write_model(network_of(load(**BAD), ExportOptions())), encoding="utf-8"
     )
     commands = f"spin -D{option} -a m.pml && cc -w -DNOREDUCE -DNOCLAIM -o pan pan.c && ./pan -n"
     done = subprocess.run(

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.uppaal.network import Edge, Location, Network, Template
-from fsmkit.export.uppaal.tchecker import readable_by_tchecker
-from fsmkit.export.uppaal.translate import translated
+from fsmkit.export.uppaal.tchecker import for_tchecker
+from fsmkit.export.uppaal.translate import translate
 from fsmkit.export.uppaal.writing import write
 from fsmkit.system.any_file import load_any
 from fsmkit.verify.statespace.closed_system import close
@@ -57,7 +57,7 @@ def of_chart(folder: Path, condition: str) -> Network:
 
 def flat(path: Path, *, untimed: bool = False) -> Network:
     closed = close(load_any(path, Findings()), untimed=untimed)
-    return translated(closed, flat=True, paced=True, draw=False)
+    return translate(closed, flat=True, paced=True, draw=False)
 
 
 def rejected(network: Network) -> list[str]:
@@ -136,7 +136,7 @@ def test_tchecker_reads_any_expression(texts: list[str]) -> None:
                 update=tuple(f"list[{text}] = {text}" for text in texts))  # fmt: skip
     location = Location("s", "s", invariant=("t <= 3", *edge.guard))
     template = Template("T", "t", (), (location,), "s", (edge,))
-    network = Network((), (), (readable_by_tchecker(template),), ())
+    network = Network((), (), (for_tchecker(template),), ())
     assert rejected(network) == []
 
 

@@ -110,6 +110,6 @@ def test_a_model_of_something_else_is_refused(tmp_path: Path) -> None:
     model = exported(tmp_path, "untimed")
     code, _, err = said(*REPLAY, "--time", "discrete", "--replay-trail", model)
     assert code == 1
-    assert "the model is not what is written of this system now" in err
+    assert "the model does not match this system" in err
     assert said("export", HASTY, "--to", "aut", "--replay-trail", model)[0] == 2
     assert said(*REPLAY, "--time", "untimed", "--replay-trail", tmp_path / "no.pml")[0] == 1

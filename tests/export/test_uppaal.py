@@ -9,7 +9,7 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.export.uppaal.network import Declared, Edge, Network, Sort
-from fsmkit.export.uppaal.translate import translated
+from fsmkit.export.uppaal.translate import translate
 from fsmkit.export.uppaal.writing import write
 from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
@@ -49,7 +49,7 @@ def loaded(folder: Path, files: dict[str, str]) -> System:
 
 def of_chart(folder: Path, text: str) -> Network:
     (folder / "chart.yaml").write_text(text)
-    network = translated(close(load_any(folder / "chart.yaml", Findings())))
+    network = translate(close(load_any(folder / "chart.yaml", Findings())))
     assert list(problems(network)) == []
     return network
 
@@ -89,7 +89,7 @@ def test_a_reader_that_drops_urgent_channels_reads_the_flat_form_right(
     closed = close(loaded(tmp_path, SYSTEMS[name]))
 
     def reached(*, paced: bool, dropped: bool) -> set[tuple[int, ...]]:
-        network = translated(closed, flat=True, paced=paced, draw=False)
+        network = translate(closed, flat=True, paced=paced, draw=False)
         read_ = without_urgent_channels(network) if dropped else network
         meaning = Meaning(read_, closed.unit)
         return {meaning.without_time(s) for s in meaning.reached(10**5)}
@@ -147,7 +147,7 @@ def test_the_same_of_random_systems(tmp_path: Path, seed: int, untimed: bool, pa
 @pytest.mark.parametrize("name", DRAWN)
 def test_what_is_written_reads_back(name: str, flat: bool) -> None:
     closed = close(load_any(MACHINES / f"{name}.yaml", Findings()))
-    network = translated(closed, flat=flat, paced=flat)
+    network = translate(closed, flat=flat, paced=flat)
     text = write(network)
     assert read(text) == network
     assert list(problems(network)) == []
@@ -192,7 +192,7 @@ BROKEN = {
 @pytest.mark.parametrize("told", BROKEN)
 def test_the_rules_of_the_format_are_asked(tmp_path: Path, told: str) -> None:
     closed = close(loaded(tmp_path, SYSTEMS["livelock"]))
-    text = write(translated(closed, flat=True, paced=True))
+    text = write(translate(closed, flat=True, paced=True))
     old, new = BROKEN[told]
     assert list(broken_rules(text)) == []
     assert any(told in rule for rule in broken_rules(text.replace(old, new, 1)))
@@ -281,7 +281,7 @@ def test_what_cannot_be_said_is_refused_with_a_place(tmp_path: Path, name: str) 
 
 
 def sound() -> Network:
-    return translated(close(load_any(MACHINES / "fischer/fischer.yaml", Findings())))
+    return translate(close(load_any(MACHINES / "fischer/fischer.yaml", Findings())))
 
 
 def with_edge(network: Network, **changes: object) -> Network:

@@ -9,7 +9,7 @@ from lxml import etree
 from fsmkit.diagnostics import Findings
 from fsmkit.export.uppaal.layout import COMMITTED, TO_HUB, block, hubs_of, labels
 from fsmkit.export.uppaal.network import Edge, Template
-from fsmkit.export.uppaal.translate import translated
+from fsmkit.export.uppaal.translate import translate
 from fsmkit.system.any_file import load_any
 from fsmkit.verify.statespace.closed_system import close
 from tests.export.uppaal_picture import label_boxes, location_boxes, overlap, picture
@@ -19,7 +19,7 @@ needs_dot = pytest.mark.external
 
 
 def drawn(name: str) -> Template:
-    (template,) = translated(close(load_any(CELL / f"{name}.yaml", Findings()))).templates
+    (template,) = translate(close(load_any(CELL / f"{name}.yaml", Findings()))).templates
     return template
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from fsmkit.diagnostics import Findings
-from fsmkit.export.uppaal.translate import translated
+from fsmkit.export.uppaal.translate import translate
 from fsmkit.system.properties.kinds import deadlock_free, reachable
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
@@ -44,7 +44,7 @@ def agreement(
     with closing(CEngine(closed, Findings())) as engine:
         found = engine.explore(MEMORY, 0, None)
     assert found.end.value == "complete"
-    network = translated(closed, flat=True, paced=paced, draw=False)
+    network = translate(closed, flat=True, paced=paced, draw=False)
     meaning = Meaning(network, 0 if untimed else closed.unit)
     states = meaning.reached(most)
     stable = len({meaning.without_time(s) for s in states if not meaning.is_committed(s)})

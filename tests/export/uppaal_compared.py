@@ -6,7 +6,7 @@ import re
 
 from fsmkit.export.identifiers import word
 from fsmkit.export.uppaal.space import leaves
-from fsmkit.export.uppaal.translate import translated
+from fsmkit.export.uppaal.translate import translate
 from fsmkit.language import ArrayType, Type, Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.engines.python.oracle import Oracle
@@ -22,7 +22,7 @@ def compared(closed: ClosedSystem, most: int = 10**6, *, paced: bool = True) -> 
 
     ``paced``: time passes by a template of its own, as in the flat form; else by an urgent channel.
     """
-    network = translated(closed, flat=True, paced=paced, draw=False)
+    network = translate(closed, flat=True, paced=paced, draw=False)
     assert list(problems(network)) == []
     meaning = Meaning(network, 0 if closed.untimed else closed.unit)
     states = meaning.reached(most)

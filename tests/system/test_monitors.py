@@ -11,7 +11,7 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import compiler
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import ExplorationOptions, explored
+from fsmkit.verify.explore import ExplorationOptions, explore
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.closed_system import close
@@ -253,8 +253,8 @@ def test_the_others_do_what_they_do_without_monitors(load: Load, seed: int) -> N
         )
         for untimed in (False, True):
             options = replace(sleepless, time="untimed" if untimed else "discrete")
-            in_c = explored(watched, Findings(), options)
-            in_python = explored(watched, Findings(), replace(options, engine="python"))
+            in_c = explore(watched, Findings(), options)
+            in_python = explore(watched, Findings(), replace(options, engine="python"))
             assert (in_c.states, in_c.transitions) == (in_python.states, in_python.transitions)
             ours, theirs = ({m.number: m.count for m in e.marks} for e in (in_c, in_python))
             assert ours == theirs
@@ -267,7 +267,7 @@ def test_a_monitor_adds_one_state_for_each_event_it_is_told_of(load: Load) -> No
     system = load(room=room("lamp.lit -> lit"), lamp=LAMP, watch=deaf)
     alone = replace(system, monitors=(), properties=())
     options = ExplorationOptions("c")
-    without, with_it = (explored(s, Findings(), options) for s in (alone, system))
+    without, with_it = (explore(s, Findings(), options) for s in (alone, system))
     told = 3  # numbers of presses with which `lit` can come
     assert with_it.states - without.states == told
     assert with_it.transitions - without.transitions == told

@@ -41,11 +41,11 @@ class FairRun:
         for edge in self.oracle.successors(state):
             step = edge.steps[0]
             before = self.oracle.snapshots(state)[step.machine]
-            found.append(action_of(self.closed, step, edge.who, before))
+            found.append(action_of(self.closed, step, edge.mover, before))
         return found
 
     def is_stable(self, state: State) -> bool:
-        return not any(e.who.value == "internal" for e in self.oracle.successors(state))
+        return not any(e.mover.value == "internal" for e in self.oracle.successors(state))
 
     def check(self) -> None:
         """The run asks, is not answered any more, and is fair."""

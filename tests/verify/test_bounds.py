@@ -14,7 +14,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.any_file import load_any
 from fsmkit.system.of_one_chart import system_of
-from fsmkit.verify.bounds import proved
+from fsmkit.verify.bounds import prove_bounds
 from fsmkit.verify.explore import ExplorationOptions, check
 from tests.verify.systems import SYSTEMS
 from tests.verify.testgen.test_saved_tests import CHART, written
@@ -43,7 +43,7 @@ def test_what_is_proved_is_enough(
 ) -> None:
     require_tool("cc")
     system = load_any(written(tmp_path, SYSTEMS[name]), Findings())
-    proof = proved(system, Findings(), options)
+    proof = prove_bounds(system, Findings(), options)
     machines = tuple(
         replace(machine, chart=proof.of(machine.chart) or machine.chart)
         for machine in system.machines
@@ -104,7 +104,7 @@ def test_samples_prove_nothing(tmp_path: Path) -> None:
     chart += "  two: {rest: true}\n"
     system = load_any(written(tmp_path, {"a": chart}), Findings())
     with pytest.raises(FsmkitError, match="only samples"):
-        proved(system, Findings(), ExplorationOptions("python", time="discrete"))
+        prove_bounds(system, Findings(), ExplorationOptions("python", time="discrete"))
 
 
 @pytest.mark.cc
@@ -124,9 +124,9 @@ def test_a_chart_that_sends_to_itself_keeps_its_microsteps(tmp_path: Path) -> No
     chart += "  one: {rest: true, on: {go: {do: send on}, on: two}}\n  two: {rest: true}\n"
     system = load_any(written(tmp_path, {"a": chart}), Findings())
     own = system.machines[0].chart
-    small = proved(system_of(own), Findings(), ExplorationOptions("python", time="discrete")).of(
-        own
-    )
+    small = prove_bounds(
+        system_of(own), Findings(), ExplorationOptions("python", time="discrete")
+    ).of(own)
     assert small is not None
     assert small.capacities.microsteps == own.capacities.microsteps
     assert small.capacities.queue < own.capacities.queue

@@ -274,7 +274,7 @@ def test_what_was_found_is_told_where_no_time_is_left_to_show_it(
     (result,) = [r for r in report.results if r.name == "never_twice"]
     assert result.verdict is Verdict.VIOLATED
     assert result.trace is None
-    assert "time for the way there ran out" in result.reason
+    assert "time for its path ran out" in result.reason
     assert stage_of(report) == "replaying"
 
 

@@ -22,7 +22,7 @@ states:
 @pytest.mark.parametrize(
     ("environment", "code", "words"),
     [
-        ("may: [tick]", 1, "unless an event comes that only `may` come"),
+        ("may: [tick]", 1, "except for events under `may`"),
         ("will: [tick]", 0, ""),
         ("may: []", 1, "nothing can ever happen again"),
     ],

@@ -24,15 +24,15 @@ from fsmkit.cli.common.spin import show_trail
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.export.exporter import (
-    Exported,
+    ExportedModel,
     Exporter,
     ExportOptions,
     RefinementExporter,
-    given_up_at,
+    export_deadline,
 )
 from fsmkit.plugins import plugin, plugins
 from fsmkit.system.any_file import load_any, read_chart
-from fsmkit.verify.explore import asking_only
+from fsmkit.verify.explore import with_properties
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
 EPILOG = """\b
@@ -127,7 +127,7 @@ def command(
     deadline = Deadline(timeout, began())
     findings = reading.findings()
     exporter = plugin(Exporter, notation)
-    write: Callable[[ExportOptions], Exported]
+    write: Callable[[ExportOptions], ExportedModel]
     if save_trace is not None and model is None:
         raise click.UsageError("--save-trace goes with --replay-trail")
     if model is not None and (base is not None or path is not None or notation != "promela"):
@@ -137,7 +137,7 @@ def command(
     if base is not None and not isinstance(exporter, RefinementExporter):
         known = ", ".join(found.name for found in plugins(RefinementExporter))
         raise click.UsageError(f"--refines needs --to {known}")
-    with given_up_at(deadline), deadline.stage(Stage.READING):
+    with export_deadline(deadline), deadline.stage(Stage.READING):
         if base is not None and isinstance(exporter, RefinementExporter):
             derived, extended = (
                 read_chart(path, findings, strict=reading.strict) for path in (file, base)
@@ -147,7 +147,7 @@ def command(
             whole = load_any(
                 file, findings, replacing, strict=reading.strict, parameters=reading.parameters
             )
-            loaded = asking_only(whole, frozenset(names))
+            loaded = with_properties(whole, frozenset(names))
             if model is not None:
                 trail = ExportOptions(time == "untimed", silent, deadline=deadline)
                 return show_trail(loaded, trail, file, model, save_trace, as_json_=as_json)
@@ -158,7 +158,7 @@ def command(
             show(f"exploring {name}: {states:,} states, {transitions:,} transitions")
 
         wanted = ExportOptions(time == "untimed", silent, max_states, deadline, tell, findings)
-        with given_up_at(deadline), deadline.stage(Stage.EXPLORING):
+        with export_deadline(deadline), deadline.stage(Stage.EXPLORING):
             found = write(wanted)
     report(findings)
     if path is not None:

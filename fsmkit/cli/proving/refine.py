@@ -12,7 +12,13 @@ from fsmkit.cli.common.options import TIMEOUT, Reading, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.system.any_file import read_chart
 from fsmkit.verify.properties.refinement import refines
-from fsmkit.verify.properties.refinement_report import document, line, summary, tell, verdict_of
+from fsmkit.verify.properties.refinement_report import (
+    add_findings,
+    document,
+    line,
+    summary,
+    verdict_of,
+)
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 
@@ -59,7 +65,7 @@ def command(file: Path, base: Path, timeout: float, as_json: bool, reading: Read
             shown(f"{doing}: {pairs:,} pairs, {steps:,} steps")
 
         found = refines(derived, extended, deadline=deadline, progress=show)
-    tell(found, findings)
+    add_findings(found, findings)
     report(findings)
     if as_json:
         print_json(document(found))

@@ -17,7 +17,7 @@ from fsmkit.cli.common.writing import write_files
 from fsmkit.cli.proving.check import evaluated
 from fsmkit.verify.report.document import document
 from fsmkit.verify.report.verdict import Verdict
-from fsmkit.verify.testgen.cover import cover, told
+from fsmkit.verify.testgen.cover import cover, coverage_line
 from fsmkit.verify.testgen.suites import compiled_charts, covering
 
 EPILOG = """\b
@@ -65,7 +65,7 @@ def command(file: Path, folder: Path, as_json: bool, exploring: Exploring, readi
     if as_json:
         print_json(document(found))
     else:
-        result.print(escape(told(covered)))
+        result.print(escape(coverage_line(covered)))
         for path in made:
             out.print(f"wrote {escape(str(path))}", style="dim")
     return int(found.verdict is Verdict.UNDECIDED)

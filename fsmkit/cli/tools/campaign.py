@@ -10,9 +10,9 @@ from fsmkit.cli.common.console import print_json, progress, report, result
 from fsmkit.cli.common.options import Reading
 from fsmkit.cli.common.verbs import verb
 from fsmkit.verify.campaign.ledger import Ledger
-from fsmkit.verify.campaign.pool import performed
+from fsmkit.verify.campaign.pool import perform_jobs
 from fsmkit.verify.campaign.reader import read_campaign
-from fsmkit.verify.campaign.show import Done, document, summary
+from fsmkit.verify.campaign.show import CampaignResult, document, summary
 
 EPILOG = """\b
 Examples:
@@ -61,13 +61,13 @@ def command(
     jobs = [job for key, job in wanted.items() if key not in outcomes]
     with progress(f"campaign {campaign.name}", is_quiet=as_json) as shown:
         try:
-            for outcome in performed(jobs, scheduler, workers) if jobs else ():
+            for outcome in perform_jobs(jobs, scheduler, workers) if jobs else ():
                 ledger.keep(outcome)
                 outcomes[outcome.key] = outcome
                 shown(f"campaign {campaign.name}: {len(outcomes):,} of {len(wanted):,} jobs")
         except KeyboardInterrupt:
             pass  # what is known until then is told
-    done = Done(campaign, outcomes)
+    done = CampaignResult(campaign, outcomes)
     if as_json:
         print_json(document(done))
     else:

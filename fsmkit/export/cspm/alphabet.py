@@ -1,4 +1,4 @@
-"""The events of a network by name, and for each machine and queue those that it takes part in."""
+"""Name the events of a network, and list those in which each machine and queue takes part."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class MachineNames:
 
 @dataclass
 class Alphabet:
-    """All events. ``moves``: of each machine its moves with the events that they can be.
+    """All events. ``moves``: for each machine its moves with their possible events.
 
-    ``received`` and ``queued``: the events that are the same to a machine, or to a queue.
+    ``received`` and ``queued``: the events that are equivalent to a machine, or to a queue.
     """
 
     network: Network
@@ -58,7 +58,7 @@ class Alphabet:
     queued: list[dict[OnQueue, list[str]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Name everything: what people see first."""
+        """Choose all names, the visible ones first."""
         network, names = self.network, self.names
         channels = [names.take(automaton.name) for automaton in network.automata]
         for automaton in network.automata:
@@ -114,8 +114,8 @@ class Alphabet:
 
     @telling
     def about(self, event: Event) -> str:
-        """Return what an event is, in words."""
-        return f"{event.label}: {', '.join(self._about(event)) or 'tells nobody'}"
+        """Return a description of an event."""
+        return f"{event.label}: {', '.join(self._about(event)) or 'no message'}"
 
     def _about(self, event: Event) -> Iterator[str]:
         automata = self.network.automata
@@ -128,7 +128,7 @@ class Alphabet:
         if event.waiting is not None:
             holder = event.waiting
             one = "nothing" if holder == NOBODY else f"one event for {automata[holder].name}"
-            yield f"from outside, while {one} waits"
+            yield f"external, while {one} waits"
         for sent in event.sent:
             target = automata[sent.target]
             verb = "posts to" if target.queues(sent.message) else "tells"

@@ -1,4 +1,4 @@
-"""Properties as events that happen where they are violated, and what is asserted of these."""
+"""Convert properties to events that occur in their violations, and to assertions on these."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import product
 from typing import assert_never
 
 from fsmkit.diagnostics import Findings
-from fsmkit.export.exporter import leave_out
+from fsmkit.export.exporter import report_omitted
 from fsmkit.export.formula import (
     All,
     Any,
@@ -20,8 +20,8 @@ from fsmkit.export.formula import (
     Not,
     QueueEmpty,
     claims,
-    positive,
-    simplified,
+    negation_normal_form,
+    simplify,
 )
 from fsmkit.export.identifiers import Names
 from fsmkit.export.network import Network
@@ -40,8 +40,8 @@ class Case:
 
 
 @dataclass(frozen=True, slots=True)
-class Asserted:
-    """A property. ``name`` is that of its event; ``cases``: where that can happen."""
+class Assertion:
+    """A property. ``name`` is that of its event; ``cases``: where that can occur."""
 
     name: str
     claim: Claim
@@ -49,21 +49,21 @@ class Asserted:
 
     @property
     def is_carried(self) -> bool:
-        """Whether events of it are in the model; a livelock is asserted without events."""
+        """Whether its events are in the model; a livelock is asserted without events."""
         return not self.claim.missing and self.claim.form is not Form.LIVELOCK
 
 
-def asserted(network: Network, names: Names, findings: Findings | None) -> Iterator[Asserted]:
-    """Yield what the properties of a system assert."""
+def assertions_of(network: Network, names: Names, findings: Findings | None) -> Iterator[Assertion]:
+    """Yield the assertions of the properties of a system."""
     for claim in claims(network, FORMS, findings, "set of traces"):
-        found = Asserted(names.take(claim.property.name), claim)
+        found = Assertion(names.take(claim.property.name), claim)
         if not found.is_carried:
             yield found
             continue
-        cases = _cases(simplified(positive(network, claim.condition)))
+        cases = _cases(simplify(negation_normal_form(network, claim.condition)))
         if cases is None:
             why = f"it has more than {MOST_CASES:,} cases"
-            leave_out(claim.property, why, findings)
+            report_omitted(claim.property, why, findings)
             yield replace(found, claim=replace(claim, missing=why))
             continue
         if Case((), frozenset()) in cases:
@@ -73,7 +73,7 @@ def asserted(network: Network, names: Names, findings: Findings | None) -> Itera
 
 
 def _cases(formula: Formula) -> tuple[Case, ...] | None:
-    """Return the cases of a formula, each possible (its DNF); None if there are too many."""
+    """Return the possible cases of a formula (its DNF); None if there are too many."""
     match formula:
         case Constant(value):
             return (Case((), frozenset()),) if value else ()
@@ -107,7 +107,7 @@ def _joined(
 
 
 def _both(one: tuple[Case, ...], other: tuple[Case, ...]) -> Iterator[Case]:
-    """Yield the cases in which one of each holds, if that is possible."""
+    """Yield the possible combinations of two lists of cases."""
     for left, right in product(one, other):
         locals_ = dict(left.locals)
         for machine, numbers in right.locals:

@@ -1,9 +1,8 @@
-"""A derived chart and its base as processes over what the base can see of steps.
+"""Model a derived chart and its base as processes over the base's view of steps.
 
-An event is a word (`verify.properties.refinement_view`) with the outputs after it, what was read
-of inputs,
-and, where the derived chart leaves an abstract state, where that is for the base. The base does in
-one event all that it does unseen before it.
+An event is a word (`verify.properties.refinement_view`) with the outputs after it, the inputs that
+were read, and, if the derived chart leaves an abstract state, the next state of the base. The base
+performs all of its unobservable steps before an event together with it.
 """
 
 from __future__ import annotations
@@ -16,16 +15,16 @@ from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.transition_system import too_large, too_many_choices
 from fsmkit.language import Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
-from fsmkit.verify.properties.refinement import Inputs, Pair, Search, kept
+from fsmkit.verify.properties.refinement import Inputs, Pair, Search, state_of
 from fsmkit.verify.properties.refinement_view import Word
 from fsmkit.verify.statespace.actions import Chooser, TooManyChoices
 
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """What the base sees of a step, and what decides how it can follow.
+    """The base's view of a step, and the facts that decide how it can follow.
 
-    ``place``: where the base goes on if the derived chart leaves an abstract state.
+    ``place``: the next state of the base if the derived chart leaves an abstract state.
     """
 
     word: Word
@@ -41,7 +40,7 @@ Steps = dict[State, dict[tuple[Sight, Snapshot], None]]
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Both charts as graphs over the same sights; ``samples``: values that stand for others."""
+    """Both charts as graphs over the same sights; ``samples``: values that represent others."""
 
     derived: Chart
     base: Chart
@@ -50,8 +49,8 @@ class Comparison:
     samples: tuple[str, ...]
 
 
-class _Recording(Search):
-    """A search that remembers what was read of inputs in the step that was taken last."""
+class _RecordingSearch(Search):
+    """A search that records the inputs read in the last step."""
 
     def __init__(self, derived: Chart, base: Chart) -> None:
         super().__init__(derived, base)
@@ -68,7 +67,7 @@ class _Recording(Search):
         return recorded
 
     def sight(self, word: Word, after: Snapshot) -> Sight:
-        """Return what the base sees of the step that was taken last."""
+        """Return the base's view of the last step."""
         leaves = any(group.leaves for group in word)
         return Sight(
             word,
@@ -78,11 +77,11 @@ class _Recording(Search):
         )
 
     def follow(self, base: State, sight: Sight) -> Iterator[Snapshot]:
-        """Yield where the base can be after a sight; of inputs not in it any value is read."""
+        """Yield the states of the base after a sight; inputs not in it have any value."""
         chooser, more = Chooser(), True
         given = dict(sight.inputs)
         while more:
-            chooser.begin()
+            chooser.start_step()
             read = super()._reader(chooser)
 
             def known(name: str, read: Inputs = read) -> Value:
@@ -100,15 +99,15 @@ class _Recording(Search):
         for reached in self._match(base, sight.word, read, 0):
             after = sight.place if reached is None else reached
             assert after is not None  # noqa: S101  (it leaves an abstract state)
-            yield kept(self.base_steps, self.base, after)
+            yield state_of(self.base_steps, self.base, after)
 
 
 def comparison(derived: Chart, base: Chart, options: ExportOptions) -> Comparison:
-    """Take all steps of a derived chart, and of its base all that can be seen of those.
+    """Take all steps of a derived chart, and all steps of its base with these sights.
 
     Raises `FsmkitError` (``export-too-large``) beyond the limits.
     """
-    search = _Recording(derived, base)
+    search = _RecordingSearch(derived, base)
     try:
         taken = _derived_steps(search, options)
         first = [sight for sight, _ in taken[None]]
@@ -131,10 +130,10 @@ def comparison(derived: Chart, base: Chart, options: ExportOptions) -> Compariso
     return Comparison(derived, base, taken, followed, search.samples)
 
 
-def _derived_steps(search: _Recording, options: ExportOptions) -> Steps:
-    """Return the steps of the derived chart, with all inputs that the base asks for on the way.
+def _derived_steps(search: _RecordingSearch, options: ExportOptions) -> Steps:
+    """Return the steps of the derived chart, with all inputs that the base reads on its path.
 
-    What lies behind a step that the base cannot follow is left out.
+    States after a step that the base cannot follow are omitted.
     """
     taken: Steps = {}
     known: set[Pair] = set()

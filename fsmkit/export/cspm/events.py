@@ -1,8 +1,8 @@
-"""The steps of a network as events: what each demands of all parts, and what it does to them.
+"""Model the steps of a network as events: the conditions and effects of each on all parts.
 
-An event is a step of the system: the machine that moves, each queue that the step reads, fills or
-needs empty, and each machine that receives a value take part in it at once. Moves that are
-alike in all that others notice are one event; where they lead is the business of the machine.
+An event is a step of the system. The machine that moves, each queue that the step reads, fills or
+needs empty, and each machine that receives a value take part in it at once. Moves with the same
+effect on others are one event; their targets are local to the machine.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fsmkit.export.network import Automaton, Move, Network, Sent, is_idle
-from fsmkit.verify.statespace.actions import Action, Who
+from fsmkit.verify.statespace.actions import Action, Mover
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT
 
 assert MAX_PENDING_BEFORE_INPUT == 1  # noqa: S101  (`Event.waiting` names the only queue in which one event waits)
@@ -22,7 +22,7 @@ NOBODY = -1
 
 
 class Turn(Enum):
-    """Who must have nothing to do, so that a machine may move (see `closed_system`)."""
+    """The machines that must be idle before a machine may move (see `closed_system`)."""
 
     SEES = "a monitor sees what happened"
     ANSWERS = "the environment answers: no monitor waits"
@@ -30,7 +30,7 @@ class Turn(Enum):
 
 
 class Demand(Enum):
-    """How many events a queue must hold."""
+    """The number of events that a queue must hold."""
 
     ANY = "any number"
     EMPTY = "none"
@@ -40,11 +40,11 @@ class Demand(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A step, as the parts of the network notice it.
+    """A step, in the view of the parts of the network.
 
-    ``taken`` and ``own``: what is at the head of the machine's own queue, or how much it holds.
-    ``waiting``: of what comes from outside, the machine in whose queue the only event waits.
-    ``is_internal``: the machine does it by itself (who.INTERNAL). ``stops``: it is its last.
+    ``taken`` and ``own``: the head of the machine's own queue, or its number of events.
+    ``waiting``: for an external event, the machine in whose queue the only event waits.
+    ``is_internal``: the machine moves without a cause (Mover.INTERNAL). ``stops``: it is its last.
     """
 
     machine: int
@@ -60,7 +60,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class OnQueue:
-    """What an event is to the queue of a machine."""
+    """The effect of an event on the queue of a machine."""
 
     demand: Demand
     taken: int | None
@@ -70,14 +70,14 @@ class OnQueue:
 
 @dataclass(frozen=True, slots=True)
 class OnMachine:
-    """What an event of others is to a machine: values that it receives, a demand on its queue."""
+    """The effect of an event on another machine: received values, a condition on its queue."""
 
     demand: Demand
     received: tuple[int, ...]
 
 
 def events_of(network: Network, move: Move, machine: int) -> Iterator[Event]:
-    """Yield the events that a move can be: one, or more where a condition has several cases."""
+    """Yield the possible events of a move: several if a condition has several cases."""
     automaton = network.automata[machine]
     own = Demand.EMPTY if move.needs_empty else Demand.ANY
     for turn, held in _turns(automaton, move):
@@ -91,12 +91,12 @@ def events_of(network: Network, move: Move, machine: int) -> Iterator[Event]:
                 waiting,
                 move.sent,
                 automaton.stops(move),
-                move.who is Who.INTERNAL,
+                move.mover is Mover.INTERNAL,
             )
 
 
 def _turns(automaton: Automaton, move: Move) -> Iterator[tuple[Turn, Demand | None]]:
-    """Yield when it is the turn of a move, and what that asks of the queue beside the machine."""
+    """Yield the turns of a move, with the required state of the queue beside the machine."""
     takes = move.action is Action.TAKE
     waits = takes or automaton.locals[move.source].waiting > 0
     if automaton.is_monitor:
@@ -110,7 +110,7 @@ def _turns(automaton: Automaton, move: Move) -> Iterator[tuple[Turn, Demand | No
 
 
 def _waiting(network: Network, move: Move, machine: int) -> Iterator[int | None]:
-    """Yield in which queue an event may wait while something comes from outside."""
+    """Yield the queue in which an event may wait while an external event occurs."""
     if not move.from_outside:
         yield None
         return
@@ -122,7 +122,7 @@ def _waiting(network: Network, move: Move, machine: int) -> Iterator[int | None]
 
 
 def holders(network: Network) -> list[int]:
-    """Return the machines in whose queue something can wait while others move."""
+    """Return the machines in whose queue an event can wait while others move."""
     return [
         n
         for n, automaton in enumerate(network.automata)
@@ -133,7 +133,7 @@ def holders(network: Network) -> list[int]:
 
 
 def on_queue(network: Network, event: Event, machine: int) -> OnQueue | None:
-    """Return what an event is to the queue beside a machine; None if nothing."""
+    """Return the effect of an event on the queue beside a machine; None without one."""
     mine = event.machine == machine
     found = OnQueue(
         _demand(network, event, machine),
@@ -149,7 +149,7 @@ def on_queue(network: Network, event: Event, machine: int) -> OnQueue | None:
 
 
 def on_machine(network: Network, event: Event, machine: int) -> OnMachine | None:
-    """Return what an event is to a machine that does not move; None if nothing."""
+    """Return the effect of an event on a machine that does not move; None without one."""
     automaton = network.automata[machine]
     inside = not automaton.queue and any(local.waiting for local in automaton.locals)
     demand = _demand(network, event, machine) if inside else Demand.ANY
@@ -182,7 +182,7 @@ def received_values(network: Network, sent: tuple[Sent, ...], machine: int) -> t
 
 
 def after_values(automaton: Automaton, local: int, received: tuple[int, ...]) -> int | None:
-    """Return the local state after some values; None if the explorer has not seen that."""
+    """Return the local state after some values; None if the explorer has not seen it."""
     for message in received:
         known = automaton.receives.get((local, message))
         if known is None:

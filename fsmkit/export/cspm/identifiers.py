@@ -1,7 +1,7 @@
-"""Names in CSPm: legal, all different, and none that the language has already.
+"""Choose names in CSPm: legal, distinct, and different from predefined ones.
 
-Names that are built in can be defined anew, and what used them then means something else in
-silence, so they count as taken like reserved words.
+Predefined names can be redefined, which silently changes the meaning of their uses. They are
+therefore reserved like keywords.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TAKEN = frozenset((RESERVED + BUILT_IN).split())
 
 
 class Frame:
-    """Names of what every model has, chosen last: what people named comes first."""
+    """Names that every model has, chosen last: names of the system take precedence."""
 
     def __init__(self, names: Names) -> None:
         """Take the names."""
@@ -50,7 +50,7 @@ def comment(text: str) -> str:
     return " ".join(one_line(text).encode("ascii", "backslashreplace").decode().split())
 
 
-def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}") -> str:
+def format_names(names: list[str], indent: str, opening: str = "{", closing: str = "}") -> str:
     """Return a set or a list, broken into lines of a moderate length."""
     lines, line = [], ""
     for name in names:
@@ -64,17 +64,17 @@ def listed(names: list[str], indent: str, opening: str = "{", closing: str = "}"
 
 
 def offer(variable: str, events: list[str], to: str) -> str:
-    """Return a process that offers events which all lead to the same."""
+    """Return a process that offers events with the same continuation."""
     if len(events) == 1:
         return f"({events[0]} -> {to})"
-    return f"([] {variable} : {listed(events, '      ')} @ ({variable} -> {to}))"
+    return f"([] {variable} : {format_names(events, '      ')} @ ({variable} -> {to}))"
 
 
 class Script(Emitter):
     """The lines of a script."""
 
     def __init__(self) -> None:
-        """Begin with none."""
+        """Start without lines."""
         super().__init__("  ")
 
     def equation(self, name: str, terms: list[str]) -> None:

@@ -1,7 +1,7 @@
-"""A network of automata in CSPm.
+"""Write a network of automata in CSPm.
 
-A step of the explorer is one event of all parts that it concerns, so the process has the same
-states and steps, and one more state before the machines start.
+A step of the explorer is one event of all parts involved, so the process has the same states and
+steps, and one more state before the machines start.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import notating, telling
-from fsmkit.export.collect import exported
+from fsmkit.export.collect import export_network
 from fsmkit.export.cspm.alphabet import Alphabet
-from fsmkit.export.cspm.assertions import Asserted, asserted
+from fsmkit.export.cspm.assertions import Assertion, assertions_of
 from fsmkit.export.cspm.events import Demand, OnMachine, OnQueue, after_values, received_values
-from fsmkit.export.cspm.identifiers import Frame, Script, comment, listed, offer
-from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.cspm.identifiers import Frame, Script, comment, format_names, offer
+from fsmkit.export.exporter import ExportedModel, ExportOptions
 from fsmkit.export.formula import Form
 from fsmkit.export.network import Automaton, Local, Network
 from fsmkit.system.system import System
@@ -26,12 +26,12 @@ HEADER = """\
 {states} states and {transitions} steps{time}, one more state before the machines start.
 A machine is a process, a local state of it an equation. A queue is a process that holds one of the
 sequences that the explorer saw in it, so no process has more states than its part of the system.
-A step of a machine is one event of all that it concerns: `{system}` has the steps of the explorer.
-`{visible}` is the same as people name it: `machine.what_happens`; what only passes messages on, or
-watches, is hidden there.
+A step of a machine is one event of all parts involved: `{system}` has the steps of the explorer.
+`{visible}` is the same with readable names: `machine.event`; parts that only forward messages, or
+watch, are hidden there.
 
 Between events of a plant nothing else happens: a step of others needs the queues of the
-environment, and of monitors, empty. What comes from outside needs all queues empty but for one
+environment, and of monitors, empty. An external event needs all queues empty but for one
 event in one of them: there is an event for each queue that may hold it (a counter of what waits
 would have to know which queues are full).
 Local states and contents of queues that the explorer never saw are not here; `{unseen}` happens
@@ -45,13 +45,13 @@ section `Timed`: it would give each event a duration, and here steps take no tim
 """
 
 
-def export(system: System, options: ExportOptions) -> Exported:
+def export(system: System, options: ExportOptions) -> ExportedModel:
     """Explore a system, then write its local steps."""
-    return exported(system, options, written)
+    return export_network(system, options, write_model)
 
 
 @notating
-def written(network: Network, findings: Findings | None = None) -> str:
+def write_model(network: Network, findings: Findings | None = None) -> str:
     """Return the model."""
     return _Writer(network, findings).text()
 
@@ -67,7 +67,7 @@ class _Writer:
         self._network = network
         self._all = Alphabet(network)
         self._frame = Frame(self._all.names)
-        self._asserted = tuple(asserted(network, self._all.names, findings))
+        self._asserted = tuple(assertions_of(network, self._all.names, findings))
         self._parts: list[tuple[str, list[str]]] = []
         self._timed = network.closed.unit > 0
         self._out = Script()
@@ -120,7 +120,7 @@ class _Writer:
             most = max(len(one.cases) for one in carried)
             out.line(f"channel {frame.violated} : {frame.property}.{{0..{max(most, 1) - 1}}}")
         out.line()
-        out.remark("What happens, as people name it.")
+        out.remark("The visible events, with readable names.")
         if any(".." in shown for shown in found.labels):
             out.remark(
                 "A range such as 0..2 is one event for all its values that can occur: nothing"
@@ -137,7 +137,7 @@ class _Writer:
                 if event.machine == machine
             )
             if labels:
-                out.line(f"channel {named.channel} : {listed(list(labels), '  ')}")
+                out.line(f"channel {named.channel} : {format_names(list(labels), '  ')}")
         out.line()
         if any(automaton.queue for automaton in self._network.automata):
             out.remark("A sequence with one more message, if there is room for so many.")
@@ -158,7 +158,7 @@ class _Writer:
         own = found.own(machine)
         alphabet = [f"{{| {frame.start} |}}", f"{{{frame.unseen}.{machine}}}"]
         if own:
-            out.line(f"{named.steps} = {listed(own, '  ')}")
+            out.line(f"{named.steps} = {format_names(own, '  ')}")
             alphabet.append(named.steps)
         if self._timed:
             alphabet.append("{tock}")
@@ -199,11 +199,11 @@ class _Writer:
         return offer(self._frame.e, events, to)
 
     def _of_sets(self, sets: list[str], to: str) -> str:
-        joined = sets[0] if len(sets) == 1 else f"Union({listed(sets, '      ')})"
+        joined = sets[0] if len(sets) == 1 else f"Union({format_names(sets, '      ')})"
         return f"([] {self._frame.e} : {joined} @ ({self._frame.e} -> {to}))"
 
     def _received(self, machine: int, automaton: Automaton) -> Mapping[OnMachine, str]:
-        """Define the sets of events of others that are the same to a machine."""
+        """Define the sets of events of others that are equivalent to a machine."""
         sets = {}
         upper = self._all.machines[machine].process
         for what, events in self._all.received[machine].items():
@@ -212,7 +212,7 @@ class _Writer:
                 texts.append(f"waiting for it: {what.demand.value}")
             self._out.remark(comment(", then ".join(texts)))
             sets[what] = self._all.names.take(f"{upper}_TOLD")
-            self._out.line(f"{sets[what]} = {listed(events, '  ')}")
+            self._out.line(f"{sets[what]} = {format_names(events, '  ')}")
         return sets
 
     def _reactions(
@@ -233,7 +233,7 @@ class _Writer:
             yield self._of_sets(sets, to)
 
     def _later(self, machine: int, number: int, local: Local) -> str:
-        """Return where a unit of time leads; without a timer of its own, nowhere else."""
+        """Return the state after a unit of time; without a timer of its own, the same."""
         after = self._network.automata[machine].elapsed.get(number)
         named = self._all.machines[machine]
         if after is None:
@@ -243,16 +243,16 @@ class _Writer:
     # --- violations ------------------------------------------------------------------------------
 
     def _violations(self, machine: int, *, queue: bool) -> list[str]:
-        """Return, as a set, the violations that a machine, or its queue, takes part in."""
+        """Return, as a set, the violations in which a machine, or its queue, takes part."""
         found = []
         for one in self._asserted:
             for number, case in enumerate(one.cases):
                 part = machine in (case.empty if queue else dict(case.locals))
                 if part:
                     found.append(self._event_of(one, number))
-        return [listed(found, "     ")] if found else []
+        return [format_names(found, "     ")] if found else []
 
-    def _event_of(self, one: Asserted, number: int) -> str:
+    def _event_of(self, one: Assertion, number: int) -> str:
         return f"{self._frame.violated}.{one.name}.{number}"
 
     def _self_loops(self, machine: int, local: int) -> Iterator[str]:
@@ -276,12 +276,12 @@ class _Writer:
             named.messages[n] for n, arrival in enumerate(automaton.arrivals) if arrival.is_event
         ]
         type_ = found.names.take(f"{named.process}_MESSAGE")
-        out.line(f"datatype {type_} = {listed(messages, '  ', '', '').replace(',', ' |')}")
+        out.line(f"datatype {type_} = {format_names(messages, '  ', '', '').replace(',', ' |')}")
         seen, then, unseen = map(found.names.take, (f"{named.queue}_{w}" for w in QUEUE_WORDS))
         out.remark("what it holds at some time")
         contents = sorted(automaton.contents, key=lambda content: (len(content), content))
         words = [f"<{', '.join(named.messages[m] for m in content)}>" for content in contents]
-        out.line(f"{seen} = {listed(words, '  ')}")
+        out.line(f"{seen} = {format_names(words, '  ')}")
         signal = f"{frame.unseen}.{len(self._network.automata) + machine}"
         out.line(f"{then}({s}) = if member({s}, {seen}) then {named.queue}({s}) else {unseen}")
         out.equation(unseen, [f"({signal} -> {unseen})"])
@@ -289,7 +289,7 @@ class _Writer:
         for what, events in found.queued[machine].items():
             sets[what] = found.names.take(named.queue)
             out.remark(self._about(automaton, what))
-            out.line(f"{sets[what]} = {listed(events, '  ')}")
+            out.line(f"{sets[what]} = {format_names(events, '  ')}")
         alphabet = [f"{{| {frame.start} |}}", f"{{{signal}}}", *sets.values()]
         if self._timed:
             alphabet.append("{tock}")
@@ -317,7 +317,7 @@ class _Writer:
         out.equation(f"{named.queue}({s})", terms)
         closes = named.closed in first or any(what.closes for what in sets)
         if closes:
-            out.remark("stopped: it swallows what comes")
+            out.remark("stopped: it discards all messages")
             allowed = [
                 name
                 for what, name in sets.items()
@@ -332,7 +332,7 @@ class _Writer:
     def _reaction(
         self, machine: int, automaton: Automaton, what: OnQueue, events: str, then: str
     ) -> str:
-        """Return a term of a queue; ``then`` is the function that leads to other contents."""
+        """Return a term of a queue; ``then`` is the function for the next contents."""
         frame = self._frame
         named, s = self._all.machines[machine], frame.s
         rest = s if what.taken is None else f"tail({s})"
@@ -369,7 +369,7 @@ class _Writer:
         out, frame, n = self._out, self._frame, self._frame.n
         out.title("the system")
         for number, (_, alphabet) in enumerate(self._parts):
-            out.line(f"{frame.alphabet}({number}) = Union({listed(alphabet, '  ')})")
+            out.line(f"{frame.alphabet}({number}) = Union({format_names(alphabet, '  ')})")
         out.line()
         for number, (process, _) in enumerate(self._parts):
             out.line(f"{frame.part}({number}) = {process}")
@@ -397,16 +397,18 @@ class _Writer:
         for machine, instance in enumerate(machines):
             if (instance.is_channel or instance.is_monitor) and found.own(machine):
                 hidden.append(found.machines[machine].steps)
-        renamed = f"({frame.system}{listed(pairs, '  ', '[[', ']]')})" if pairs else frame.system
-        out.line(f"{frame.visible} = ({renamed} \\ Union({listed(hidden, '  ')}))")
+        renamed = (
+            f"({frame.system}{format_names(pairs, '  ', '[[', ']]')})" if pairs else frame.system
+        )
+        out.line(f"{frame.visible} = ({renamed} \\ Union({format_names(hidden, '  ')}))")
         out.line()
 
     def _assertions(self) -> None:
         out, frame = self._out, self._frame
         out.title("what is asserted")
         internal = [name for event, name in self._all.events.items() if event.is_internal]
-        out.remark("What machines do by themselves while no time passes and nothing comes.")
-        out.line(f"{frame.internal} = {listed(internal, '  ')}")
+        out.remark("Internal steps, without time and without external events.")
+        out.line(f"{frame.internal} = {format_names(internal, '  ')}")
         if any(one.is_carried for one in self._asserted):
             out.remark("The network with some violations let through.")
             e, all_ = frame.e, f"{{| {frame.violated} |}}"
@@ -431,14 +433,14 @@ class _Writer:
         out.line()
         out.remark(
             "Our `livelock_free`: the machines are not busy for ever while no time passes and\n"
-            "nothing comes from outside.",
+            "no external event occurs.",
         )
         out.line(f"assert ({frame.system} \\ {frame.internal}) :[divergence free [FD]]")
         out.line()
         if not self._timed:
             out.remark(
                 "More than our `deadlock_free`: here it also fails where all machines rest or\n"
-                "have ended, and nothing can come any more; what may come from outside counts."
+                "have ended, and no event can occur any more; possible external events count."
             )
             out.line(f"assert {frame.system} :[deadlock free [F]]")
             return

@@ -1,4 +1,4 @@
-"""A derived chart and its base in CSPm: ``assert BASE [T= DERIVED``."""
+"""Write a derived chart and its base in CSPm: ``assert BASE [T= DERIVED``."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ HEADER = """\
 Whether {derived} refines {base}, for FDR and other tools of CSP; written by fsmkit. It belongs to
 whoever had it written.
 
-An event is what the base can see of a step: the event of the base that is answered, the operations
+An event is the base's view of a step: the event of the base that is handled, the operations
 called and the events sent, as far as the base declares them, and its outputs afterwards.
 `{process}` takes the steps of the derived chart, untimed, up to the first that `{spec}` cannot
-follow; `{spec}` does what the base can show, with all that it does unseen before. The assertion is
-what `fsmkit refine` decides.\
+follow; `{spec}` has the steps of the base, each after its unobservable ones. The assertion is
+that of `fsmkit refine`.\
 """
 LONGEST = 60
 """Letters of a name that is made of all that is seen of a step."""
 
 
 @notating
-def written(found: Comparison) -> str:
+def write_refinement(found: Comparison) -> str:
     """Return both processes, and the assertion."""
     names, out = Names(TAKEN), Script()
     spec, process, variable = names.take(found.base.name.upper()), "", names.take("e")
@@ -89,7 +89,7 @@ def _process(
 
 
 def _seen(base: Chart, sight: Sight) -> Iterator[str]:
-    """Yield in words what the base sees of a step."""
+    """Yield the base's view of a step in words."""
     tick = base.capacities.tick
     for group in sight.word:
         yield from _of_group(base, group)

@@ -1,4 +1,4 @@
-"""A transition system as a text for Graphviz: small ones can be looked at.
+"""Write a small transition system for Graphviz.
 
 A state is a box with the active leaves of its machines.
 """
@@ -8,17 +8,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fsmkit.emit.dot import quoted, statement
-from fsmkit.export.exporter import Exported, ExportOptions
-from fsmkit.export.transition_system import TransitionSystem, exported
+from fsmkit.export.exporter import ExportedModel, ExportOptions
+from fsmkit.export.transition_system import TransitionSystem, export_states
 from fsmkit.system.system import System
 
 
-def export(system: System, options: ExportOptions) -> Exported:
+def export(system: System, options: ExportOptions) -> ExportedModel:
     """Explore a system by the interpreter, then write its states and transitions."""
-    return exported(system, options, written)
+    return export_states(system, options, lines_of)
 
 
-def written(system: TransitionSystem) -> Iterator[str]:
+def lines_of(system: TransitionSystem) -> Iterator[str]:
     """Yield the lines, each with its end."""
     yield f"digraph {quoted(system.name)} {{\n"
     yield 'node [shape=box, style=rounded, fontname="Helvetica", fontsize=10];\n'

@@ -1,11 +1,11 @@
-"""A network of automata as a jani-model (https://jani-spec.org).
+"""Write a network of automata as a jani-model (https://jani-spec.org).
 
-Each step of the explorer is a step of one edge, with an action that names it and no other automaton
-takes part in; so Storm has the same states. Steps that do the same share an edge (`joint_moves`).
-Components of local states, and queues, are global variables, which guards of others and properties
-read and which a step changes in several machines at once, in the order of the ``index`` of its
-assignments. Each edge has one destination. The type is ``mdp``, of which a labelled transition
-system is the case without chance: Storm reads that, and no ``lts``. So what can be reached has the
+Each step of the explorer is a step of one edge, with an action of its own that no other automaton
+takes part in; so Storm has the same states. Steps with the same effect share an edge
+(`joint_moves`). Components of local states, and queues, are global variables: guards of others and
+properties read them, and a step changes them in several machines at once, in the order of the
+``index`` of its assignments. Each edge has one destination. The type is ``mdp``, whose case without
+chance is a labelled transition system: Storm reads that, and no ``lts``. So reachability has the
 greatest probability 1, else 0.
 """
 
@@ -16,9 +16,9 @@ from collections.abc import Iterator, Mapping
 
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import notating, plain, telling
-from fsmkit.export.changes import Joint, by_themselves, changes, joint_moves
-from fsmkit.export.collect import exported
-from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.changes import Joint, changes, joint_moves, shifting_components
+from fsmkit.export.collect import export_network
+from fsmkit.export.exporter import ExportedModel, ExportOptions
 from fsmkit.export.formula import Claim, Form, claims
 from fsmkit.export.network import Automaton, Move, Network, Sent, is_idle
 from fsmkit.export.terms import (
@@ -29,7 +29,7 @@ from fsmkit.export.terms import (
     differ,
     disjunction,
     equal,
-    negated,
+    negation,
 )
 from fsmkit.export.vocabulary import Vocabulary
 from fsmkit.system.system import System
@@ -48,13 +48,13 @@ DEEPEST = 8
 """So deep are lists and objects broken into lines: down to assignments, not into expressions."""
 
 
-def export(system: System, options: ExportOptions) -> Exported:
+def export(system: System, options: ExportOptions) -> ExportedModel:
     """Explore a system, then write its local steps."""
-    return exported(system, options, written)
+    return export_network(system, options, write_model)
 
 
-def written(network: Network, findings: Findings | None = None) -> str:
-    """Return the model as JSON to be read by people, too: what is short stands on one line."""
+def write_model(network: Network, findings: Findings | None = None) -> str:
+    """Return the model as readable JSON: short values are on one line."""
     return _lines(model_of(network, findings), 0, "") + "\n"
 
 
@@ -73,15 +73,15 @@ def _lines(value: Json, depth: int, prefix: str) -> str:
 
 @notating
 def model_of(network: Network, findings: Findings | None = None) -> Json:
-    """Return the model; ``findings`` report the properties that are left out."""
+    """Return the model; ``findings`` report the omitted properties."""
     return _Writer(network).model(findings)
 
 
 class _Writer(Vocabulary):
     """Writes the parts in their order.
 
-    The queue of a machine ``m`` is the variables ``m_queue_1`` (the head), ``m_queue_2``, 0 where
-    nothing waits; one more than the explorer ever saw in use, if the queue is that long.
+    The queue of a machine ``m`` is the variables ``m_queue_1`` (the head), ``m_queue_2``, 0 if
+    free; one more than the explorer ever saw in use, if the queue has that capacity.
     """
 
     def __init__(self, network: Network) -> None:
@@ -198,7 +198,7 @@ class _Writer(Vocabulary):
             }
         condition = disjunction(
             conjunction(
-                negated(name) if value is False else equal(name, value)
+                negation(name) if value is False else equal(name, value)
                 for name, value in start.items()
             )
             for start in starts
@@ -234,17 +234,17 @@ class _Writer(Vocabulary):
         return _edge(self._action(machine, move), self.guard(machine, joint), steps)
 
     def _sent(self, sent: Sent) -> dict[str, Json]:
-        """Return what a message changes."""
+        """Return the changes of a message."""
         machine, automaton = sent.target, self.automata[sent.target]
         if automaton.queues(sent.message):
             return self._posted(machine, automaton, self.message(machine, sent.message))
         maps = {n: after for n, (after, _) in automaton.received(sent.message).items()}
-        return self._mapped(machine, maps) | _unforeseen(negated(self.is_in(machine, maps)))
+        return self._mapped(machine, maps) | _unforeseen(negation(self.is_in(machine, maps)))
 
     def _mapped(self, machine: int, maps: Mapping[int, int]) -> dict[str, Json]:
-        """Return what each component is after something that happens to each local state."""
+        """Return the value of each component after an effect on each local state."""
         steps, codes = list(maps.items()), self.parts.codes[machine]
-        alone = by_themselves(codes, steps)
+        alone = shifting_components(codes, steps)
         found: dict[str, Json] = {}
         for component, shifts in alone.items():
             name = self.component(machine, component)
@@ -259,9 +259,9 @@ class _Writer(Vocabulary):
         return found
 
     def _posted(self, machine: int, automaton: Automaton, message: str) -> dict[str, Json]:
-        """Return what an event changes that goes to a queue: the first slot that is empty."""
+        """Return the changes of an event that is queued: the first free slot."""
         stopped = automaton.where(lambda local: not local.running)
-        runs = negated(self.is_in(machine, stopped))
+        runs = negation(self.is_in(machine, stopped))
         slots = self.slots[machine]
         found: dict[str, Json] = {}
         for number, slot in enumerate(slots):
@@ -277,7 +277,7 @@ class _Writer(Vocabulary):
         for machine, automaton in enumerate(self.automata):
             if not is_idle(automaton.elapsed):
                 step |= self._mapped(machine, automaton.elapsed)
-                unknown.append(negated(self.is_in(machine, automaton.elapsed)))
+                unknown.append(negation(self.is_in(machine, automaton.elapsed)))
         return _edge(TICK, self.time_passes(), [step | _unforeseen(disjunction(unknown))])
 
     # --- properties ------------------------------------------------------------------------------
@@ -298,7 +298,7 @@ class _Writer(Vocabulary):
         name = FORESEEN
         while name in {claim.property.name for claim in found}:
             name += "_"
-        note = "all that happens the explorer saw, too"
+        note = "the explorer saw every step"
         yield _property(name, _compared("≤", UNFORESEEN), note)
 
 
@@ -342,7 +342,7 @@ def _automaton(name: str, edges: list[Json], note: str) -> Json:
 
 
 def _edge(action: str, guard: Json, steps: list[dict[str, Json]]) -> Json:
-    """Return an edge whose steps follow one another; assignments of one happen at once."""
+    """Return an edge whose steps follow one another; assignments of one step are simultaneous."""
     assignments: list[Json] = [
         {"ref": name, "value": value, **({"index": index} if index else {})}
         for index, step in enumerate(steps)

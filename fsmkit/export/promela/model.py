@@ -1,9 +1,9 @@
-"""A network of automata in Promela.
+"""Write a network of automata in Promela.
 
 Each step of the explorer is one ``d_step`` of the process of the machine that moves (shared by
-steps that do the same, see `joint_moves`), so SPIN has the same states, and one more before the
-start. A local state is a structure of its components. What is made from machines ends in ``_at``,
-``_queue`` and the like, so that no name is a reserved word.
+steps with the same effect, see `joint_moves`), so SPIN has the same states, and one more before the
+start. A local state is a structure of its components. Names derived from machines end in ``_at``,
+``_queue`` and the like, so that none is a reserved word.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from fsmkit.diagnostics import Findings
 from fsmkit.emit import Emitter, notating
 from fsmkit.emit.c import comment
-from fsmkit.export.changes import Change, Joint, by_themselves, changes, joint_moves
-from fsmkit.export.collect import exported
-from fsmkit.export.exporter import Exported, ExportOptions
+from fsmkit.export.changes import Change, Joint, changes, joint_moves, shifting_components
+from fsmkit.export.collect import export_network
+from fsmkit.export.exporter import ExportedModel, ExportOptions
 from fsmkit.export.formula import Claim, Form, claims
 from fsmkit.export.identifiers import Names, word
 from fsmkit.export.network import Automaton, Network, Place, Sent
 from fsmkit.export.promela.words import is_reserved
-from fsmkit.export.terms import Json, conjunction, equal, infix, negated
+from fsmkit.export.terms import Json, conjunction, equal, infix, negation
 from fsmkit.export.vocabulary import Vocabulary
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
@@ -39,7 +39,7 @@ HEADER = """\
  *
  * {states} states and {transitions} steps{time}, one more state before the machines start.
  * A machine is a process, its local state a structure, its queue a channel. A step of a machine,
- * with all that it tells others, is one d_step; states from which it does the same share it.
+ * with all of its messages, is one d_step; states in which it has the same effect share it.
  * Local states that the explorer never saw are not here; an assertion fails where one were needed.
  *
  *   spin -a FILE
@@ -54,14 +54,14 @@ NAMED = 3
 """So many causes are named in a comment."""
 
 
-def export(system: System, options: ExportOptions) -> Exported:
+def export(system: System, options: ExportOptions) -> ExportedModel:
     """Explore a system, then write its local steps."""
-    return exported(system, options, written)
+    return export_network(system, options, write_model)
 
 
 @notating
-def written(network: Network, findings: Findings | None = None) -> str:
-    """Return the model; ``findings`` report the properties that are left out."""
+def write_model(network: Network, findings: Findings | None = None) -> str:
+    """Return the model; ``findings`` report the omitted properties."""
     return _Writer(network).text(findings)
 
 
@@ -177,7 +177,7 @@ class _Writer(Vocabulary):
         out, queue = self._out, self.queue(machine)
         if automaton.queue:
             stopped = self.is_in(machine, automaton.where(lambda local: not local.running))
-            room = conjunction((negated(stopped), f"len({queue}) < {automaton.queue}"))
+            room = conjunction((negation(stopped), f"len({queue}) < {automaton.queue}"))
             with out.block(f"inline post_{self.machines[machine]}(message) {{", "}"):
                 out.lines(["if", f":: {infix(stopped)}", f":: {infix(room)} -> {queue}!message"])
                 out.lines([":: else -> NO_ROOM", "fi"])
@@ -196,7 +196,7 @@ class _Writer(Vocabulary):
         out.line()
 
     def _changes(self, machine: int, maps: Mapping[int, int], but: Collection[int] = ()) -> None:
-        """Write what happens to each local state, as options; some components may be left out."""
+        """Write the effect on each local state, as options; ``but``: omitted components."""
         steps = list(maps.items())
         for change, places in changes(self.parts.codes[machine], steps, but=but):
             before = self._is_in(machine, {steps[place][0] for place in places})
@@ -263,13 +263,13 @@ class _Writer(Vocabulary):
         out.line()
 
     def _elapses(self, machine: int, elapsed: Mapping[int, int]) -> None:
-        """Write what a unit of time changes.
+        """Write the changes by a unit of time.
 
-        The time that a timer has left is a function of itself; so are most components that change.
-        The others come first, while these still are what they were.
+        The remaining time of a timer is a function of itself; so are most components that change.
+        The others come first, while these still have their old values.
         """
         out = self._out
-        alone = by_themselves(self.parts.codes[machine], list(elapsed.items()))
+        alone = shifting_components(self.parts.codes[machine], list(elapsed.items()))
         out.line("if")
         self._changes(machine, elapsed, but=alone)
         out.lines([":: else -> assert(false)", "fi;"])
@@ -300,7 +300,7 @@ class _Writer(Vocabulary):
         condition = infix(conjunction(("started", self.formula(claim.condition))))
         if claim.form is not Form.LEADS_TO:
             if claim.form is Form.REACHED:
-                yield "/* its violation is the way there */"
+                yield "/* its violation is a path to it */"
             yield f"#define bad_{name} ({condition})"
             yield f"never {name} {{ do :: bad_{name} -> break :: else od }}"
             return
@@ -314,7 +314,7 @@ class _Writer(Vocabulary):
 
 
 def _causes(option: Joint) -> str:
-    """Return by what an option is taken; of many causes, the first and how many more."""
+    """Return the causes of an option; if there are many, the first and the number of others."""
     labels = list(dict.fromkeys(move.label for move in option.moves))
     shown = ", ".join(labels[:NAMED])
     return f"{shown}, {len(labels) - NAMED} more" if len(labels) > NAMED else shown

@@ -1,4 +1,4 @@
-"""A path that SPIN found, as a counterexample: it is performed by interpreter and generated C.
+"""Convert a path of SPIN to a counterexample, performed by the interpreter and generated C.
 
 ``spin -t -p`` prints each statement of a path with its line in the model; a line is one step.
 """
@@ -18,7 +18,7 @@ from fsmkit.export.collect import network_of
 from fsmkit.export.components import Parts
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Move, Network
-from fsmkit.export.promela.model import claim_names, written
+from fsmkit.export.promela.model import claim_names, write_model
 from fsmkit.system.properties.property import Property
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine, compiler
@@ -35,13 +35,13 @@ OPTION = ":: d_step {"
 def counterexample_of(
     system: System, options: ExportOptions, path: Path
 ) -> tuple[Network, Property | None, Counterexample]:
-    """Return the path beside a model (``x.pml``), or one that SPIN printed (any other file).
+    """Return the path beside a model (``x.pml``), or in the output of SPIN (other files).
 
-    Also the property whose claim it violates, if that is known. Raises `FsmkitError`: ``no-spin``;
-    ``foreign-trail`` where it is no path of the system.
+    Also returns the property whose claim it violates, if that is known. Raises `FsmkitError`:
+    ``no-spin``; ``foreign-trail`` if it is not a path of the system.
     """
     network = network_of(system, options)
-    text = written(network)
+    text = write_model(network)
     printed = _printed(path, text) if path.suffix == ".pml" else _read(path)
     trail = _trail(network, text, printed, path)
     try:
@@ -52,14 +52,14 @@ def counterexample_of(
 
 
 class _Walk:
-    """Where the machines are on a path: their local states, as moves of the network change them."""
+    """The local states of the machines on a path, as moves of the network change them."""
 
     def __init__(self, network: Network, start: int) -> None:
         self._network = network
         self._at = [place.local for place in network.initial[start]]
 
     def take(self, machine: int, option: Joint) -> Move | None:
-        """Perform the move of an option that comes from here; None: there is none."""
+        """Perform the move of an option that starts here; None: there is no such move."""
         found = next((move for move in option.moves if move.source == self._at[machine]), None)
         if found is not None:
             self._at[machine] = found.target
@@ -83,7 +83,7 @@ class _Walk:
 
 def _printed(model: Path, text: str) -> str:
     if _read(model) != text:
-        raise _foreign(model, "the model is not what is written of this system now")
+        raise _foreign(model, "the model does not match this system")
     spin = shutil.which("spin")
     if spin is None:
         raise fail("no-spin", "`spin` is not installed", help="install it, or see `fsmkit explain`")
@@ -103,7 +103,7 @@ def _read(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
+        reason = getattr(error, "strerror", None) or "it is not a text"
         raise fail("unreadable-file", f"cannot read `{path}`: {reason}".lower()) from error
 
 
@@ -161,7 +161,7 @@ def _confirmed(network: Network, found: Counterexample) -> Counterexample:
 
 
 def _ordinals(steps: GlobalSteps, trail: Trail) -> tuple[int, ...]:
-    """Return the numbers of steps among those that are possible, as the engines count them."""
+    """Return the ordinals of steps among the possible ones, as the engines count them."""
     found = []
     edges = steps.initial()
     for steps_taken in trail:
@@ -174,6 +174,6 @@ def _ordinals(steps: GlobalSteps, trail: Trail) -> tuple[int, ...]:
 def _foreign(path: Path, why: str) -> FsmkitError:
     return fail(
         "foreign-trail",
-        f"`{path}` is no path of this system: {why}",
+        f"`{path}` is not a path of this system: {why}",
         help="export the model again, with the same options, and let SPIN search that",
     )

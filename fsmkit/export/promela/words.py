@@ -1,4 +1,4 @@
-"""Words that SPIN has for something else, in Promela or in the verifier that it writes in C."""
+"""Words that are reserved in Promela, or in the verifier that SPIN writes in C."""
 
 from __future__ import annotations
 
@@ -39,5 +39,5 @@ WORDS = KEYWORDS | frozenset((_PROMELA + _VERIFIER).split())
 
 
 def is_reserved(name: str) -> bool:
-    """Return whether nothing can be called so in a model for SPIN."""
+    """Return whether a name is reserved in a model for SPIN."""
     return name in WORDS or MACROS.fullmatch(name) is not None

@@ -1,4 +1,4 @@
-"""The locations of a machine, and how it reacts in each: found by following all paths."""
+"""Compute the locations of a machine, and its reactions in each, by following all paths."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from fsmkit.export.uppaal.entries import Armed, History, Key, Path
+from fsmkit.export.uppaal.entries import History, Key, Path, TimerStart
 from fsmkit.export.uppaal.paths import Paths
-from fsmkit.export.uppaal.terms import refuse
+from fsmkit.export.uppaal.terms import unsupported
 from fsmkit.language import Literal, Value
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Timeout
@@ -20,7 +20,7 @@ MOST_LOCATIONS = 20_000
 
 
 class Cause(Enum):
-    """What makes a machine move (`verify.statespace.actions.Action`)."""
+    """The cause of a machine's step (`verify.statespace.actions.Action`)."""
 
     START = "start"
     EVENTLESS = "eventless"
@@ -34,7 +34,7 @@ class Cause(Enum):
 class Trigger:
     """A cause. ``event`` of TAKE, SPONTANEOUS and OUTSIDE; ``place`` of FIRE, a timer of the key.
 
-    ``payloads``: the values that may come from outside.
+    ``payloads``: the possible external values.
     """
 
     cause: Cause
@@ -50,7 +50,7 @@ Ways = Mapping[History, tuple[Path, ...]]
 
 @dataclass(slots=True)
 class Automaton:
-    """A machine, its data left open."""
+    """A machine with its data as variables."""
 
     paths: Paths
     keys: dict[Key, list[History]] = field(default_factory=dict)
@@ -63,7 +63,7 @@ class Automaton:
 
     @property
     def starts_at_once(self) -> bool:
-        """Whether starting does nothing but enter the first location."""
+        """Whether starting only enters the first location."""
         return len(self.start) == 1 and not self.start[0].entries and self.start[0].target.running
 
     @property
@@ -72,7 +72,7 @@ class Automaton:
         return any(not key.running for key in self.keys)
 
 
-def followed(
+def build_automaton(
     closed: ClosedSystem,
     machine: int,
     queueable: frozenset[int],
@@ -81,7 +81,7 @@ def followed(
 ) -> Automaton:
     """Return the automaton of a machine; ``queueable``: the events that its queue may hold.
 
-    ``progress`` gets the locations and paths so far.
+    ``progress`` is called with the locations and paths so far.
     """
     found = Automaton(Paths(closed, machine, constants))
     triggers = [Trigger(Cause.TAKE, event) for event in sorted(queueable)]
@@ -99,7 +99,7 @@ def followed(
             continue
         fires = [Trigger(Cause.FIRE, place=n) for n in _firing(closed, machine, key)]
         for trigger in [*triggers, *fires]:
-            ways = _ways(found.paths, key, history, trigger)
+            ways = _paths_by_history(found.paths, key, history, trigger)
             of_key = found.reactions.setdefault(key, {})
             of_key.setdefault(trigger, {})[history] = ways
             for path in ways:
@@ -113,7 +113,7 @@ def followed(
 def _require_few(found: Automaton) -> None:
     if len(found.keys) > MOST_LOCATIONS:
         chart = found.paths.chart
-        raise refuse(
+        raise unsupported(
             f"`{chart.name}` has more than {MOST_LOCATIONS} stable configurations",
             chart.root.span,
             "split its orthogonal regions into machines of their own",
@@ -141,10 +141,10 @@ def _possible(closed: ClosedSystem, machine: int) -> list[Trigger]:
 
 
 def _firing(closed: ClosedSystem, machine: int, key: Key) -> list[int]:
-    """Return the timers that can ever be the first to fire.
+    """Return the timers that can be the first to fire.
 
-    Of two with equal delays that are due at once the one armed first fires first; and when one of
-    them is due, one armed before it and not yet fired was armed at the same instant.
+    If two timers with equal delays expire at once, the one armed first fires first. If one of them
+    has expired, a pending one that was armed before it was armed at the same instant.
     """
     if closed.untimed:
         return [n for n, timer in enumerate(key.timers) if not is_silent(closed, machine, timer)]
@@ -157,12 +157,14 @@ def _firing(closed: ClosedSystem, machine: int, key: Key) -> list[int]:
     return found
 
 
-def is_silent(closed: ClosedSystem, machine: int, timer: Armed) -> bool:
+def is_silent(closed: ClosedSystem, machine: int, timer: TimerStart) -> bool:
     """Whether a timer is a watchdog that is assumed never to fire."""
     return isinstance(timer.what, Timeout) and closed.is_silent(machine, timer.what.transition)
 
 
-def _ways(paths: Paths, key: Key, history: History, trigger: Trigger) -> tuple[Path, ...]:
+def _paths_by_history(
+    paths: Paths, key: Key, history: History, trigger: Trigger
+) -> tuple[Path, ...]:
     match trigger.cause:
         case Cause.EVENTLESS:
             if not any(index_of(paths.chart).eventless[s] for s in key.configuration):
@@ -187,7 +189,7 @@ def _ways(paths: Paths, key: Key, history: History, trigger: Trigger) -> tuple[P
 
 
 def _is_ignored(paths: Paths, key: Key, event: int) -> bool:
-    """Whether nothing in a configuration waits for an event, and eventless guards stay false."""
+    """Whether a configuration ignores an event, and eventless guards stay false."""
     eventless = index_of(paths.chart).eventless
     answers = _is_answered(paths, key, event) or any(eventless[s] for s in key.configuration)
     return not answers and not paths.chart.events[event].name.startswith("error.")

@@ -1,4 +1,4 @@
-"""The variables of one template: data, histories, clocks, and what is kept during a step."""
+"""The variables of one template: data, histories, clocks, and temporaries of a step."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from fsmkit.export.identifiers import Names
 from fsmkit.export.uppaal.automaton import Automaton
-from fsmkit.export.uppaal.entries import AT_HAND, FIRST_SLOT, Armed
+from fsmkit.export.uppaal.entries import AT_HAND, FIRST_SLOT, TimerStart
 from fsmkit.export.uppaal.names import RESERVED
 from fsmkit.export.uppaal.network import Declared, Sort
 from fsmkit.export.uppaal.printing import Printer
@@ -39,7 +39,7 @@ class Data:
     tables: dict[tuple[str, tuple[int, ...]], str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Declare what does not depend on the edges."""
+        """Declare everything that does not depend on the edges."""
         closed = self.space.closed
         chart = closed.charts[self.machine]
         prefix = f"{self.space.instances[self.machine]}_" if self.space.flat else ""
@@ -82,7 +82,7 @@ class Data:
         self.declared.append(self.space.variable(self.variables[path], type_, value, span))
 
     def _colour_clocks(self) -> None:
-        """Give timers that are never armed together the same clock."""
+        """Assign the same clock to timers that are never armed together."""
         beside: dict[object, set[object]] = {}
         for key in self.automaton.keys:
             identities = [identity(timer) for timer in key.timers]
@@ -99,12 +99,12 @@ class Data:
 
     # --- names -----------------------------------------------------------------------------------
 
-    def clock(self, timer: Armed) -> str:
-        """Return the clock of a timer; none where time does not count."""
+    def clock(self, timer: TimerStart) -> str:
+        """Return the clock of a timer; none without time."""
         return self.clocks[identity(timer)]
 
     def bind(self, bindings: Mapping[str, Fragment]) -> None:
-        """Let texts stand for paths, none of which was printed yet."""
+        """Replace paths by texts; none of them was printed yet."""
         self.bindings = dict(bindings)
         self.bound = set()
 
@@ -125,7 +125,7 @@ class Data:
         return self.space.shared[path]
 
     def kept(self, path: str, type_: Type) -> str:
-        """Return the variable that keeps a part of an event while it is needed."""
+        """Return the temporary variable for a part of an event."""
         if path not in self.scratch:
             number, _, part = path[1:].partition(".")
             instance = int(number)
@@ -139,13 +139,13 @@ class Data:
         return self.scratch[path].name
 
     def names_of_select(self, word: str) -> str:
-        """Return the name under which a value from outside is selected."""
+        """Return the name under which an external value is selected."""
         if word not in self.selects:
             self.selects[word] = self.names.take(f"any_{word}")
         return self.selects[word]
 
     def table(self, word: str, numbers: list[int]) -> str:
-        """Return a constant array of the values that something from outside may have."""
+        """Return a constant array of possible external values."""
         key = word, tuple(numbers)
         if key not in self.tables:
             name = self.tables[key] = self.names.take(f"{word}_values")
@@ -157,17 +157,17 @@ class Data:
         return self.tables[key]
 
     def reset(self, path: str) -> str:
-        """Return the update that forgets a part of an event."""
+        """Return the update that clears a part of an event."""
         made = self.scratch[path]
         return f"{made.name} = {initial_text(made)}"
 
     def initial(self, path: str) -> str:
-        """Return the update that gives a variable its start value again."""
+        """Return the update that resets a variable to its start value."""
         made = next(d for d in self.declared if d.name == self.variables[path])
         return f"{made.name} = {initial_text(made)}"
 
     def number(self, expr: Expr) -> str:
-        """Return an expression as a number, as a queue holds it."""
+        """Return an expression as a number, in the form of a queue."""
         text = self.printer.fragment(expr)
         if isinstance(expr.type, BoolType):
             if text.text in ("true", "false"):
@@ -176,7 +176,7 @@ class Data:
         return text.at_least(2)
 
     def history_text(self, state: int, value: frozenset[int] | None) -> str:
-        """Return the number of what a history remembers."""
+        """Return the number of a recorded configuration."""
         known = self.automaton.recorded[state]
         return "0" if value is None else str(1 + known.index(value))
 
@@ -187,6 +187,6 @@ def initial_text(made: Declared) -> str:
     return ("true" if value else "false") if made.sort is Sort.BOOL else str(value)
 
 
-def identity(timer: Armed) -> object:
-    """Return what tells a timer from all others of a machine: its transition or its slot."""
+def identity(timer: TimerStart) -> object:
+    """Return the identity of a timer within a machine: its transition or its slot."""
     return timer.what if timer.slot is None else timer.slot

@@ -1,4 +1,4 @@
-"""What a recorded macrostep consists of, and where it leads."""
+"""The entries of a recorded macrostep, and its target."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ class Test:
 
 
 @dataclass(frozen=True, slots=True)
-class Picked:
-    """An operation has given one of its results; which one is open."""
+class ResultChoice:
+    """An operation has returned one of its results; which one is open."""
 
     operation: str
     value: Value
 
 
 @dataclass(frozen=True, slots=True)
-class Assigned:
+class Assignment:
     """A value is stored in a variable, an element, or a part of a record."""
 
     location: Expr
@@ -40,26 +40,26 @@ class Assigned:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """An event or a call leaves by a port that is wired."""
+    """An event or a call leaves by a connected port."""
 
     port: int
     values: tuple[Expr, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Posted:
-    """An event goes to the own queue."""
+class QueuedEvent:
+    """An event is added to the own queue."""
 
     event: int
     values: tuple[Expr, ...]
 
 
-Entry = Test | Picked | Assigned | Output | Posted
+Entry = Test | ResultChoice | Assignment | Output | QueuedEvent
 
 
 @dataclass(frozen=True, slots=True)
-class Armed:
-    """A timer: what it does after ``greatest`` ticks at the latest (None: no end), and least."""
+class TimerStart:
+    """A timer: its action after at most ``greatest`` ticks (None: no end), at least ``least``."""
 
     what: Timeout | Delayed
     least: int
@@ -78,14 +78,14 @@ class Armed:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What a location stands for: all of a machine but data, histories and queue.
+    """The state that a location represents: all of a machine but data, histories and queue.
 
-    ``timers``: from the longest delay to the shortest, equal ones in the order of arming: so it is
-    known which of several that are due at once was armed first.
+    ``timers``: from the longest delay to the shortest, equal ones in the order of arming. So it is
+    known which of several expired ones was armed first.
     """
 
     configuration: frozenset[int]
-    timers: tuple[Armed, ...] = ()
+    timers: tuple[TimerStart, ...] = ()
     running: bool = True
     fault: str = ""
 
@@ -95,12 +95,12 @@ History = tuple[tuple[int, frozenset[int]], ...]
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """One way through a macrostep. ``written``: the histories that it records, or forgets."""
+    """One path through a macrostep. ``written``: the histories that it records, or clears."""
 
     entries: tuple[Entry, ...]
     target: Key
     written: tuple[tuple[int, frozenset[int] | None], ...]
-    fresh: tuple[Armed, ...]
+    fresh: tuple[TimerStart, ...]
     took: bool
     happened: bool
     """Whether there was a microstep at all."""
@@ -117,7 +117,7 @@ class Path:
 
     def is_idle(self, source: Key) -> bool:
         """Whether nothing changes and there is no output."""
-        tells = any(not isinstance(entry, Test | Picked) for entry in self.entries)
+        tells = any(not isinstance(entry, Test | ResultChoice) for entry in self.entries)
         return not tells and self.target == source and not self.fresh
 
 
@@ -126,5 +126,5 @@ Payload = Mapping[str, Expr]
 
 
 def scratch(instance: int, field: str) -> str:
-    """Return the name of a part of an event at hand; no chart can have such a variable."""
+    """Return the name of a part of a current event; no chart can have such a variable."""
     return f"@{instance}.{field}"

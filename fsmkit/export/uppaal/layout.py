@@ -1,9 +1,9 @@
-"""Positions: a card for each location, placed by Graphviz where it is installed, else on a grid.
+"""Compute positions: a card for each location, placed by Graphviz if installed, else on a grid.
 
-A card is a location with its name and invariant, and below them, a line or two for each, the labels
-of the edges that leave it. Edges between the same locations are one line. Hubs are the targets of
-very many locations, such as those of errors; they stand in a column at the right, and what leads to
-them is one bend in light grey.
+A card is a location with its name and invariant, and below them, in a line or two each, the labels
+of its outgoing edges. Edges between the same locations are one line. Hubs are the targets of very
+many locations, such as error states. They form a column at the right, and lines to them are one
+bend in light grey.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """The upper left corners of cards, the bends of lines, and where the drawing ends."""
+    """The upper left corners of cards, the bends of lines, and the size of the drawing."""
 
     corners: dict[str, Point]
     bends: Mapping[Way, tuple[Point, ...]]
@@ -67,7 +67,7 @@ class Drawing:
 
 
 def hubs_of(template: Template) -> frozenset[str]:
-    """Return the locations that very many others lead to."""
+    """Return the locations with very many sources."""
     named = {loc.id for loc in template.locations if not loc.committed}
     sources: dict[str, set[str]] = {}
     for edge in template.edges:
@@ -77,8 +77,8 @@ def hubs_of(template: Template) -> frozenset[str]:
     return frozenset(target for target, of in sources.items() if len(of) >= least)
 
 
-def laid_out(template: Template) -> Template:
-    """Return a template with positions for all that is drawn."""
+def lay_out(template: Template) -> Template:
+    """Return a template with positions for all drawn parts."""
     hubs = hubs_of(template)
     leaving: dict[str, list[int]] = {}
     for number, edge in enumerate(template.edges):
@@ -88,23 +88,23 @@ def laid_out(template: Template) -> Template:
     ]
     others = [card for card in cards if card.location.id not in hubs]
     between = ((edge.source, edge.target) for edge in template.edges)
-    ways = {(a, b): None for a, b in between if a != b and not {a, b} & hubs}
-    drawing = _by_dot(others, ways) or _on_a_grid(others)
+    connections = {(a, b): None for a, b in between if a != b and not {a, b} & hubs}
+    drawing = _by_dot(others, connections) or _on_a_grid(others)
     top = BETWEEN
     for card in (card for card in cards if card.location.id in hubs):
         drawing.corners[card.location.id] = drawing.width + 2 * BETWEEN, top
         top += card.height + max(BETWEEN, drawing.height // (len(hubs) + 1) - card.height)
     edges = list(template.edges)
     for card in cards:
-        for number, edge in _drawn(card, edges, drawing, hubs).items():
+        for number, edge in _draw_edges(card, edges, drawing, hubs).items():
             edges[number] = edge
     places = (_at(drawing.corners[location.id]) for location in template.locations)
-    locations = tuple(map(_placed, template.locations, places))
+    locations = tuple(map(_with_position, template.locations, places))
     return replace(template, locations=locations, edges=tuple(edges))
 
 
 def _card(template: Template, location: Location, leaving: Iterable[int]) -> Card:
-    """Return the card of a location; ``leaving``: the edges that leave it, by number."""
+    """Return the card of a location; ``leaving``: its outgoing edges, by number."""
     edges = template.edges
     own = sorted(leaving, key=lambda n: (edges[n].target != location.id, edges[n].target))
     rows = tuple((n, block(edges[n], WIDE)) for n in own)
@@ -114,11 +114,11 @@ def _card(template: Template, location: Location, leaving: Iterable[int]) -> Car
 
 
 def _at(corner: Point) -> Point:
-    """Return where the location of a card stands."""
+    """Return the position of the location of a card."""
     return corner[0] + STRIP // 2, corner[1] + HEAD - LINE
 
 
-def _placed(location: Location, at: Point) -> Location:
+def _with_position(location: Location, at: Point) -> Location:
     x, y = at
     return replace(
         location,
@@ -129,7 +129,7 @@ def _placed(location: Location, at: Point) -> Location:
     )
 
 
-def _drawn(
+def _draw_edges(
     card: Card, edges: Sequence[Edge], drawing: Drawing, hubs: Collection[str]
 ) -> dict[int, Edge]:
     """Return the edges of a card, by number, with nails and labels."""
@@ -146,17 +146,17 @@ def _drawn(
             nails = ((x - STRIP, y + STRIP),) if is_hub else ((x + card.width, y),)
             color = TO_HUB
         drawn = replace(edge, nails=nails, color=color)
-        found[number] = labelled(drawn, place, (x + STRIP // 2 + 4, top))
+        found[number] = with_labels(drawn, place, (x + STRIP // 2 + 4, top))
         top += place.height
     return found
 
 
-def _by_dot(cards: Sequence[Card], ways: Collection[Way]) -> Drawing | None:
-    """Return what Graphviz makes of cards as boxes; None where it makes nothing.
+def _by_dot(cards: Sequence[Card], connections: Collection[Way]) -> Drawing | None:
+    """Return Graphviz's layout of cards as boxes; None if it fails.
 
-    Lines leave below the strip and enter above it, so they pass no label of their own cards.
+    Lines leave below the strip and enter above it, so they cross no label of their own cards.
     """
-    if not cards or len(ways) > MOST_EDGES or shutil.which("dot") is None:
+    if not cards or len(connections) > MOST_EDGES or shutil.which("dot") is None:
         return None
     names = {card.location.id: f"n{n}" for n, card in enumerate(cards)}
     lines = ["digraph { splines=polyline; nodesep=0.4; ranksep=0.4; node [shape=box fixedsize=1]"]
@@ -164,7 +164,7 @@ def _by_dot(cards: Sequence[Card], ways: Collection[Way]) -> Drawing | None:
         f"{names[c.location.id]} [width={c.width / INCH:.3f} height={c.height / INCH:.3f}]"
         for c in cards
     ]
-    lines += [f"{names[a]} -> {names[b]} [tailport=sw headport=nw]" for a, b in ways]
+    lines += [f"{names[a]} -> {names[b]} [tailport=sw headport=nw]" for a, b in connections]
     try:
         done = subprocess.run(
             ["dot", "-Tplain"],
@@ -194,10 +194,10 @@ def _by_dot(cards: Sequence[Card], ways: Collection[Way]) -> Drawing | None:
             count = int(rest[2])
             points = [point(*rest[3 + 2 * n : 5 + 2 * n]) for n in range(0, count, 3)]
             bends[ids[rest[0]], ids[rest[1]]] = tuple(points)
-    return _folded(Drawing(corners, bends, width, height))
+    return _fold(Drawing(corners, bends, width, height))
 
 
-def _folded(drawing: Drawing) -> Drawing:
+def _fold(drawing: Drawing) -> Drawing:
     """Return a high drawing in two columns, cut where the fewest lines cross."""
     corners, height = drawing.corners, drawing.height
     rows = sorted({y for _, y in corners.values() if height * 0.4 < y < height * 0.6})
@@ -245,7 +245,7 @@ def _on_a_grid(cards: Sequence[Card]) -> Drawing:
 
 
 def labels(edge: Edge) -> dict[Label, str]:
-    """Return the texts of the labels that an edge has; long ones have several lines."""
+    """Return the texts of the labels of an edge; long ones have several lines."""
     select = [f"{name} : int[{lo},{hi}]" for name, lo, hi in edge.select]
     texts = {
         Label.COMMENT: _lines(edge.comment.split(", "), ", "),
@@ -258,7 +258,7 @@ def labels(edge: Edge) -> dict[Label, str]:
 
 
 def _lines(parts: Iterable[str], separator: str) -> str:
-    """Join parts; where a line would become too long, a new one begins in place of a blank."""
+    """Join parts; before a line becomes too long, a new one replaces a blank."""
     lines: list[str] = []
     for part in parts:
         if lines and len(lines[-1]) + len(part) <= LONGEST:
@@ -271,7 +271,7 @@ def _lines(parts: Iterable[str], separator: str) -> str:
 
 
 def block(edge: Edge, widest: int) -> Block:
-    """Place the labels of an edge beside each other, in lines of so many letters at most."""
+    """Place the labels of an edge beside each other, in lines of at most so many letters."""
     places: list[tuple[Label, Point]] = []
     row, column, width = 0, 0, 0
     for kind, text in labels(edge).items():
@@ -288,7 +288,7 @@ def block(edge: Edge, widest: int) -> Block:
     return Block(tuple(places), width * LETTER, (row + 1) * LINE if places else 0)
 
 
-def labelled(edge: Edge, place: Block, corner: Point) -> Edge:
+def with_labels(edge: Edge, place: Block, corner: Point) -> Edge:
     """Return an edge with its labels placed from a corner on."""
     x, y = corner
     at = tuple((kind, (x + dx, y + dy)) for kind, (dx, dy) in place.places)

@@ -1,7 +1,7 @@
-"""The template of a machine: a location for each stable configuration, committed ones between.
+"""Build the template of a machine: a location for each stable configuration.
 
 A macrostep is a chain of edges through committed locations, so that nothing interleaves with it.
-Each edge tests, then updates; tests that follow updates stand on an edge of their own.
+Each edge tests, then updates; tests that follow updates are on an edge of their own.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from fsmkit.export.uppaal.data import Data
 from fsmkit.export.uppaal.entries import (
     AT_HAND,
     FIRST_SLOT,
-    Armed,
-    Assigned,
+    Assignment,
     Entry,
     History,
     Key,
     Output,
     Path,
-    Picked,
-    Posted,
+    QueuedEvent,
+    ResultChoice,
     Test,
+    TimerStart,
     scratch,
 )
 from fsmkit.export.uppaal.network import Edge, Location, Template
 from fsmkit.export.uppaal.space import Space, leaves
-from fsmkit.export.uppaal.terms import refuse
+from fsmkit.export.uppaal.terms import unsupported
 from fsmkit.language.walk import nodes
 from fsmkit.system.machine import EventLink
 
@@ -47,7 +47,7 @@ Recorded = tuple[tuple[tuple[int, frozenset[int] | None], ...], ...]
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """How the first edge of a step begins."""
+    """The start of the first edge of a step."""
 
     guard: tuple[str, ...] = ()
     sync: str = ""
@@ -60,7 +60,7 @@ class Beginning:
 
 @dataclass(slots=True)
 class Builder:
-    """Makes the template of one machine."""
+    """Builds the template of one machine."""
 
     space: Space
     machine: int
@@ -119,9 +119,10 @@ class Builder:
                 found[self.data.clock(timer)] = f"{self.data.clock(timer)} <= {timer.greatest}"
         return tuple(found.values())
 
-    def _require_short(self, timer: Armed) -> None:
+    def _require_short(self, timer: TimerStart) -> None:
+        """Reject a delay that a clock of UPPAAL cannot represent."""
         if max(timer.least, timer.greatest or 0) > MOST_CLOCK:
-            raise refuse(
+            raise unsupported(
                 f"a delay of {timer.greatest} ticks is longer than clocks of UPPAAL count",
                 self.automaton.paths.chart.root.span,
                 "let a tick be longer: `capacity: {tick: 1ms}`",
@@ -154,10 +155,10 @@ class Builder:
     def _selected(
         self, path: str, word: str, type_: lang.Type, values: tuple[lang.Value, ...]
     ) -> tuple[str, lang.Fragment, tuple[str, int, int] | None]:
-        """Return what stands for something that may have any of some values."""
+        """Return the expression of a value that is chosen among several."""
         if any(isinstance(v, tuple | float) for v in values):
-            raise refuse(
-                f"`{word}` comes from outside as `{type_}`",
+            raise unsupported(
+                f"the external value `{word}` has the type `{type_}`",
                 self.automaton.paths.chart.root.span,
                 "use numbers, truth values and enumerations",
             )
@@ -182,30 +183,34 @@ class Builder:
     def _reactions(self, key: Key) -> None:
         reactions = self.automaton.reactions.get(key, {})
         quiet: list[str] = []
-        for trigger, ways in reactions.items():
+        for trigger, paths_by_history in reactions.items():
             if trigger.cause is Cause.EVENTLESS and not self.space.closed.is_open:
-                self.still[key] = _still(ways)
+                self.still[key] = _still(paths_by_history)
                 quiet = self._quiet(self.still[key])
         merged: dict[object, list[tuple[Trigger, Ways]]] = {}
-        for trigger, ways in reactions.items():
+        for trigger, paths_by_history in reactions.items():
             same: object = trigger
-            if trigger.cause in (Cause.TAKE, Cause.OUTSIDE) and not _reads_payload(ways):
-                same = trigger.cause, trigger.fair, frozenset(ways.items())
-            merged.setdefault(same, []).append((trigger, ways))
+            if trigger.cause in (Cause.TAKE, Cause.OUTSIDE) and not _reads_payload(
+                paths_by_history
+            ):
+                same = trigger.cause, trigger.fair, frozenset(paths_by_history.items())
+            merged.setdefault(same, []).append((trigger, paths_by_history))
         for alike in merged.values():
             self._reaction(key, [trigger for trigger, _ in alike], alike[0][1], quiet)
 
     def rests(self) -> dict[str, tuple[str, ...]]:
-        """Return for locations, by id, when no eventless transition is enabled there."""
+        """Return for locations, by id, when no eventless transition is enabled."""
         return {
             self.locations[key].id: tuple(self._quiet(still)) for key, still in self.still.items()
         }
 
     def _quiet(self, still: tuple[Test, ...] | None) -> list[str]:
-        """Return when no eventless transition is enabled."""
+        """Return the condition under which no eventless transition is enabled."""
         return ["false"] if still is None else [self.condition(test) for test in still]
 
-    def _reaction(self, key: Key, triggers: list[Trigger], ways: Ways, quiet: list[str]) -> None:
+    def _reaction(
+        self, key: Key, triggers: list[Trigger], paths_by_history: Ways, quiet: list[str]
+    ) -> None:
         trigger, space = triggers[0], self.space
         machine = space.closed.system.machines[self.machine]
         own = space.queues.get(self.machine)
@@ -224,15 +229,20 @@ class Builder:
                     head = f"{own.length} > 0"
                 first: list[str] = []
                 if not machine.is_monitor:
-                    first = space.nobody_answers(environment=not machine.environment)
+                    first = space.no_priority_events(environment=not machine.environment)
                 given = self._front(trigger.event)
                 guard = [head, *first, *quiet]
                 beginnings = [Beginning(tuple(guard), space.urgently, pops=True, given=given)]
             case Cause.FIRE:
-                guard = [*self._due(key, trigger.place), *empty, *space.nobody_answers(), *quiet]
+                guard = [
+                    *self._due(key, trigger.place),
+                    *empty,
+                    *space.no_priority_events(),
+                    *quiet,
+                ]
                 beginnings = [Beginning(tuple(dict.fromkeys(guard)))]
             case Cause.SPONTANEOUS:
-                guard = [*empty, *space.nobody_answers(), *quiet]
+                guard = [*empty, *space.no_priority_events(), *quiet]
                 word = "sometimes"
                 beginnings = [Beginning(tuple(dict.fromkeys(guard)), comment=word)]
             case _:
@@ -240,7 +250,7 @@ class Builder:
         inputs = self._free_inputs()
         for beginning in beginnings:
             begun = replace(beginning, given=(*beginning.given, *inputs))
-            for remembered, paths in self._by_history(ways):
+            for remembered, paths in self._by_history(paths_by_history):
                 effective = self._effective(trigger, key, paths)
                 if trigger.fair:
                     self._note_fair(key, trigger, paths, remembered)
@@ -257,14 +267,14 @@ class Builder:
     def _note_fair(
         self, key: Key, trigger: Trigger, paths: Iterable[Path], remembered: Recorded
     ) -> None:
-        """Note when something fair can happen in a location that is stable for ever."""
+        """Record the condition of fair events in a location that may be stable forever."""
         found = self.fair.setdefault(key, [])
         for path in paths:
             if trigger.cause is not Cause.SPONTANEOUS and path.is_idle(key):
                 continue
             tests: list[Test] = []
             for entry in path.entries:
-                if not isinstance(entry, Test | Picked):
+                if not isinstance(entry, Test | ResultChoice):
                     break
                 if isinstance(entry, Test):
                     if any(isinstance(n, lang.Variable) and n.name[0] == "@" for n in nodes(entry)):
@@ -274,16 +284,16 @@ class Builder:
             found.append((remembered, tuple(tests)))
 
     def _may_move(self, environment: bool, monitor: bool) -> list[str]:
-        """Return when a machine may move without an event."""
+        """Return the condition under which a machine may move without an event."""
         own = self.space.queues.get(self.machine)
-        everybody = self.space.nobody_answers()
+        everybody = self.space.no_priority_events()
         if not environment or own is None:
             return everybody
         busy = _some([f"{own.length} > 0", " && ".join(everybody)])
-        return [busy] if monitor else [busy, *self.space.nobody_answers(environment=False)]
+        return [busy] if monitor else [busy, *self.space.no_priority_events(environment=False)]
 
     def _due(self, key: Key, place: int) -> list[str]:
-        """Return when a timer fires: it is due, and none armed before it is."""
+        """Return the condition under which a timer fires: expired, and no earlier one has."""
         if self.space.closed.untimed:
             return []
         fired = key.timers[place]
@@ -298,7 +308,7 @@ class Builder:
         return found
 
     def _front(self, event: int) -> tuple[tuple[str, lang.Fragment, None], ...]:
-        """Return where the payload of the first event of the queue stands."""
+        """Return the location of the payload of the first event of the queue."""
         own = self.space.queues[self.machine]
         found = []
         for place, part in enumerate(self.automaton.paths.chart.events[event].fields):
@@ -309,7 +319,9 @@ class Builder:
         return tuple(found)
 
     def _from_outside(self, triggers: list[Trigger]) -> list[Beginning]:
-        guard = tuple(dict.fromkeys([*self.space.nobody_answers(), *self.space.is_patient()]))
+        guard = tuple(
+            dict.fromkeys([*self.space.no_priority_events(), *self.space.has_few_events()])
+        )
         chart = self.automaton.paths.chart
         names = ", ".join(chart.events[t.event].name for t in triggers)
         trigger = triggers[0]
@@ -332,23 +344,26 @@ class Builder:
             for group in groups
         ]
 
-    def _by_history(self, ways: Ways) -> Iterator[tuple[Recorded, tuple[Path, ...]]]:
-        """Yield the different ways of a reaction, each with what is recorded where it is one."""
+    def _by_history(self, paths_by_history: Ways) -> Iterator[tuple[Recorded, tuple[Path, ...]]]:
+        """Yield the different paths of a reaction, each with the recorded histories it needs."""
         groups: dict[frozenset[Path], list[History]] = {}
         order: dict[frozenset[Path], tuple[Path, ...]] = {}
-        for history, paths in ways.items():
+        for history, paths in paths_by_history.items():
             groups.setdefault(frozenset(paths), []).append(history)
             order.setdefault(frozenset(paths), paths)
         if len(groups) == 1:
             yield (), next(iter(order.values()))
             return
-        states = sorted({state for history in ways for state, _ in history})
+        states = sorted({state for history in paths_by_history for state, _ in history})
         for same, histories in groups.items():
             seen = dict.fromkeys(tuple(dict(h).get(state) for state in states) for h in histories)
             yield tuple(tuple(zip(states, values, strict=True)) for values in seen), order[same]
 
     def remembers(self, recorded: Recorded, template: str = "") -> list[str]:
-        """Return when that is recorded; ``template``: what names the machine elsewhere."""
+        """Return the condition of a recorded history.
+
+        ``template``: the prefix of the machine elsewhere.
+        """
         data = self.data
         cases = [
             " && ".join(
@@ -373,7 +388,7 @@ class Builder:
         beginning: Beginning | None,
         start: Key,
     ) -> None:
-        """Add the edges of paths that are the same up to an entry."""
+        """Add the edges of paths with a common start up to an entry."""
         if beginning is not None and "false" in beginning.guard:
             return
         groups: dict[tuple[tuple[Entry, ...], tuple[Entry, ...]], list[Path]] = {}
@@ -421,12 +436,12 @@ class Builder:
         actions: tuple[Entry, ...],
         later: list[Entry],
     ) -> Edge:
-        """Return an edge without a target: what it tests and does."""
+        """Return an edge without a target: its tests and updates."""
         begun = beginning or Beginning()
         posts = any(self._is_own(action) for action in actions) and begun.pops
         self.data.bind({path: text for path, text, _ in begun.given})
         guard = [*begun.guard, *(self.condition(t) for t in tests if isinstance(t, Test))]
-        picked = [f"{t.operation}() = {t.value}" for t in tests if isinstance(t, Picked)]
+        picked = [f"{t.operation}() = {t.value}" for t in tests if isinstance(t, ResultChoice)]
         needed = names_in((*later, *(actions if posts else ())))
         closed = self.space.closed
         inputs = closed.charts[0].inputs
@@ -454,13 +469,13 @@ class Builder:
         )
 
     def _kept(self, path: str) -> str:
-        """Return the variable that keeps a part of the event at hand, or an input."""
+        """Return the variable for a part of the current event, or for an input."""
         if not path.startswith("@"):
             return self.data.variables[path]
         chart, name = self.automaton.paths.chart, path.partition(".")[2]
         types = {part.type for event in chart.events for part in event.fields if part.name == name}
         if len(types) > 1:
-            raise refuse(
+            raise unsupported(
                 f"`{name}` is `{min(types, key=str)}` in one event and another type in another",
                 chart.root.span,
                 "give both the same type, or another name",
@@ -468,8 +483,8 @@ class Builder:
         return self.data.kept(path, types.pop())
 
     def _is_own(self, entry: Entry) -> bool:
-        """Whether something goes to the own queue."""
-        if isinstance(entry, Posted):
+        """Whether an entry sends to the own queue."""
+        if isinstance(entry, QueuedEvent):
             return True
         return isinstance(entry, Output) and any(
             link.target == self.machine for link in self._links(entry.port)
@@ -486,9 +501,9 @@ class Builder:
     def _action(self, action: Entry) -> list[str]:
         data, space = self.data, self.space
         match action:
-            case Assigned(location, value):
+            case Assignment(location, value):
                 return self._stored(location, value)
-            case Posted(event, values):
+            case QueuedEvent(event, values):
                 texts = [data.number(value) for value in values]
                 return space.queues[self.machine].push(event, texts, flat=space.flat)
             case Output(port, values):
@@ -536,10 +551,10 @@ class Builder:
     # --- the end of a step -----------------------------------------------------------------------
 
     def _closing(self, path: Path, start: Key) -> list[str]:
-        """Return the last updates of a step: what it leaves to others, and what is forgotten."""
+        """Return the last updates of a step: its outputs, and cleared temporaries."""
         self._require_order(path)
         data, found = self.data, []
-        stored = {_path(e.location) for e in path.entries if isinstance(e, Assigned)}
+        stored = {_path(e.location) for e in path.entries if isinstance(e, Assignment)}
         found += self._copied({name.split(".")[0] for name in stored})
         target = path.target
         histories = path.written if target.running else ()
@@ -557,14 +572,14 @@ class Builder:
         return found
 
     def _require_order(self, path: Path) -> None:
-        """Refuse what would come to the own queue in another order."""
+        """Reject a step whose events would reach the own queue in another order."""
         wired = False
         for entry in path.entries:
             if isinstance(entry, Output):
                 wired = wired or self._is_own(entry)
-            elif isinstance(entry, Posted) and wired:
+            elif isinstance(entry, QueuedEvent) and wired:
                 chart = self.automaton.paths.chart
-                raise refuse(
+                raise unsupported(
                     f"`{chart.name}` sends itself an event by a wire and then one without",
                     chart.root.span,
                     "send both the same way",
@@ -579,7 +594,7 @@ class Builder:
         return found
 
     def _forgotten(self, path: Path, start: Key) -> list[str]:
-        """Return the updates that forget the events at hand, and inputs that are not state."""
+        """Return the updates that clear the current events, and inputs that are not state."""
         data = self.data
         used = names_in(path.entries)
         tests, actions = piece(path.entries, 0)
@@ -610,7 +625,7 @@ class Builder:
         return found
 
     def _copied(self, stored: set[str]) -> list[str]:
-        """Return the updates that bring outputs to the inputs they are wired to."""
+        """Return the updates that copy outputs to connected inputs."""
         space, found = self.space, []
         machines = space.closed.system.machines
         changes: dict[int, list[tuple[str, str]]] = {}
@@ -634,7 +649,7 @@ class Builder:
             queue = space.queues.get(number)
             if queue is not None and queue.look:
                 changed = " || ".join(f"{left} != {right}" for left, right in pairs)
-                found += queue.let_look(changed, flat=space.flat)
+                found += queue.insert_sampling(changed, flat=space.flat)
             found += [f"{left} = {right}" for left, right in pairs]
         return found
 
@@ -646,36 +661,36 @@ def _some(cases: list[str]) -> str:
     return f"({' || '.join(f'({case})' if ' && ' in case else case for case in cases)})"
 
 
-def _still(ways: Ways) -> tuple[Test, ...] | None:
-    """Return when no eventless transition is enabled; None: one always is."""
-    still = [path for path in next(iter(ways.values())) if not path.happened]
+def _still(paths_by_history: Ways) -> tuple[Test, ...] | None:
+    """Return the condition without an enabled eventless transition; None: one is always enabled."""
+    still = [path for path in next(iter(paths_by_history.values())) if not path.happened]
     return tuple(e for e in still[0].entries if isinstance(e, Test)) if still else None
 
 
-def _reads_payload(ways: Ways) -> bool:
-    """Whether a part of the event at hand is used anywhere."""
+def _reads_payload(paths_by_history: Ways) -> bool:
+    """Whether a part of the current event is read."""
     prefix = scratch(AT_HAND, "")
     return any(
         name.startswith(prefix)
-        for paths in ways.values()
+        for paths in paths_by_history.values()
         for path in paths
         for name in names_in(path.entries)
     )
 
 
 def piece(entries: tuple[Entry, ...], at: int) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]:
-    """Return the next tests of a path, and what it does then."""
+    """Return the next tests of a path, and the actions after them."""
     end = at
-    while end < len(entries) and isinstance(entries[end], Test | Picked):
+    while end < len(entries) and isinstance(entries[end], Test | ResultChoice):
         end += 1
     stop = end
-    while stop < len(entries) and not isinstance(entries[stop], Test | Picked):
+    while stop < len(entries) and not isinstance(entries[stop], Test | ResultChoice):
         stop += 1
     return entries[at:end], entries[end:stop]
 
 
 def names_in(entries: Iterable[Entry]) -> set[str]:
-    """Return the variables that entries name."""
+    """Return the variables in entries."""
     return {n.name for n in nodes(tuple(entries)) if isinstance(n, lang.Variable)}
 
 
@@ -688,12 +703,12 @@ def _path(location: lang.Expr) -> str:
         case lang.Variable(name):
             return name
         case _:
-            raise refuse("this value cannot be copied", location.span, "store its parts")
+            raise unsupported("this value cannot be copied", location.span, "store its parts")
 
 
 def _variable(expr: lang.Expr) -> lang.Variable:
     while isinstance(expr, lang.Member):
         expr = expr.record
     if not isinstance(expr, lang.Variable):
-        raise refuse("this value cannot be copied", expr.span, "store its parts")
+        raise unsupported("this value cannot be copied", expr.span, "store its parts")
     return expr

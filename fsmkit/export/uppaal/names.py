@@ -1,4 +1,4 @@
-"""Words that UPPAAL, or a tool that reads its files, has for something else."""
+"""Words that are reserved in UPPAAL, or in a tool that reads its files."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A network of timed automata, as a file for UPPAAL holds it.
+"""A network of timed automata, in the structure of a file for UPPAAL.
 
-Expressions are text in UPPAAL's notation. Guards and invariants are conjunctions, updates lists,
+Expressions are strings in UPPAAL's notation. Guards and invariants are conjunctions, updates lists,
 taken in order. Positions are pixels of the editor, y downwards.
 """
 
@@ -13,7 +13,7 @@ Point = tuple[int, int]
 
 
 class Sort(Enum):
-    """What a declared name is."""
+    """The kind of a declared name."""
 
     INT = "int"
     BOOL = "bool"
@@ -39,7 +39,7 @@ class Declared:
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function of the C-like language, as text from its type to its closing brace."""
+    """A function of the C-like language, as source from its type to its closing brace."""
 
     name: str
     text: str
@@ -50,7 +50,7 @@ Declarations = tuple[Declared | Function, ...]
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """A location; one without a name is passed through."""
+    """A location; one without a name is transient."""
 
     id: str
     """Unique in the file, as the ids of its format are."""
@@ -106,7 +106,7 @@ class Template:
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """A formula; ``missing``: why there is none of a property."""
+    """A formula; ``missing``: why a property has none."""
 
     formula: str
     comment: str = ""
@@ -115,7 +115,7 @@ class Query:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """All of a file."""
+    """The content of a file."""
 
     remark: tuple[str, ...]
     """Lines of comment at its beginning."""

@@ -1,10 +1,10 @@
-"""Urgency without an urgent channel: a template of its own lets time pass where nothing hurries.
+"""Urgency without an urgent channel: a separate template lets time pass while nothing is urgent.
 
-TChecker's importer (uppaal-to-tchecker) reads an urgent channel as any other, and models whose
-queues may then wait. It keeps urgent locations and broadcasts. So time passes in one location of
-``Time`` only, which is entered where all queues are empty and no eventless transition is enabled,
-and left with the first edge of any step. That is where no edge that hurries is enabled: a queue
-that holds something can be taken from, if not by its own machine then by one that goes first.
+TChecker's importer (uppaal-to-tchecker) reads an urgent channel as any other, so it models systems
+whose queues may wait. It keeps urgent locations and broadcasts. So time passes in one location of
+``Time`` only. It is entered where all queues are empty and no eventless transition is enabled, and
+left with the first edge of any step. No urgent edge is enabled there: an event in a queue can be
+taken, by its own machine or by one with priority.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from fsmkit.export.uppaal.network import Declared, Edge, Location, Sort, Templat
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """The channel that steps begin with, what is true while time passes, and who sets that."""
+    """The channel at the start of steps, and the variable that is true while time passes."""
 
     moves: str
     calm: str
@@ -25,7 +25,7 @@ class Pace:
     template: str
 
     def declared(self) -> list[Declared]:
-        """Return what is declared for all templates."""
+        """Return the declarations for all templates."""
         return [
             Declared(self.moves, Sort.BROADCAST),
             Declared(self.calm, Sort.BOOL, init=(0,), comment="time passes"),
@@ -34,7 +34,7 @@ class Pace:
     def moving(self, template: Template, rests: Mapping[str, tuple[str, ...]]) -> Template:
         """Return a template whose steps end the passing of time.
 
-        ``rests``: by location, what holds where no eventless transition is enabled.
+        ``rests``: by location, the condition without an enabled eventless transition.
         """
         committed = {location.id for location in template.locations if location.committed}
         return replace(
@@ -50,11 +50,11 @@ class Pace:
         )
 
     def _only_if(self, condition: str) -> str:
-        """Return that time passes only if a condition holds."""
+        """Return the guard under which time passes only if a condition holds."""
         return f"!{self.calm}" if condition == "false" else f"(!{self.calm} || {condition})"
 
     def time(self, lengths: Sequence[str]) -> Template:
-        """Return the template that lets time pass where queues of these lengths are empty."""
+        """Return the template that lets time pass while queues of these lengths are empty."""
         now, later = Location("now", "now", urgent=True), Location("later", "later")
         empty = tuple(f"{length} == 0" for length in lengths)
         edges = (

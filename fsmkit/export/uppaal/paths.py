@@ -1,4 +1,4 @@
-"""All ways through the macrosteps of a machine, data left open."""
+"""Enumerate the paths through the macrosteps of a machine, with its data as variables."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from fsmkit.chart.statements import Destination
 from fsmkit.export.uppaal.entries import (
     AT_HAND,
     FIRST_SLOT,
-    Armed,
     Entry,
     History,
     Key,
     Output,
     Path,
     Payload,
-    Posted,
+    QueuedEvent,
+    TimerStart,
     scratch,
 )
 from fsmkit.export.uppaal.recorder import Recorder
-from fsmkit.export.uppaal.terms import refuse
+from fsmkit.export.uppaal.terms import unsupported
 from fsmkit.language import Expr, Literal, Storage, Variable
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
@@ -45,7 +45,7 @@ class Paths:
         self._untimed = closed.untimed
         self.chart = closed.charts[machine]
         self._wired = {link.port for link in closed.system.event_links if link.source == machine}
-        # ports of operations count in the chart as it was written, as wires do
+        # ports of operations count the events of the source chart, as wires do
         written = closed.system.machines[machine].chart
         added = len(self.chart.events) - len(written.events)
         self._shift = len(written.events), added
@@ -56,7 +56,7 @@ class Paths:
         self._recording = self._recorder.chart
 
     def wire(self, port: int) -> int:
-        """Return the number by which wires know a port of the chart as it is explored."""
+        """Return the port number in wires for a port of the explored chart."""
         events, added = self._shift
         return port - added if port >= events + added else port
 
@@ -67,16 +67,16 @@ class Paths:
     # --- the steps -------------------------------------------------------------------------------
 
     def start(self) -> list[Path]:
-        """Return the ways in which the machine starts."""
+        """Return the paths of the start of the machine."""
         return self._all(None, {}, lambda: start(self._recording, 0, self._recorder))
 
     def eventless(self, key: Key, history: History) -> list[Path]:
-        """Return what eventless transitions can do; a path without a microstep does nothing."""
+        """Return the paths of eventless transitions; one without a microstep has no effect."""
         snapshot = self._snapshot(key, history)
         return self._all(key, {}, lambda: step(self._recording, snapshot, None, self._recorder))
 
     def event(self, key: Key, history: History, event: int, payload: Payload) -> list[Path]:
-        """Return the answers to an event."""
+        """Return the reactions to an event."""
         snapshot = self._snapshot(key, history)
         at_hand = snap.Occurrence(event, (AT_HAND,))
         given = {(AT_HAND, field): value for field, value in payload.items()}
@@ -88,7 +88,7 @@ class Paths:
         )
 
     def open_payload(self, event: int) -> dict[str, Expr]:
-        """Return a payload of which nothing is known."""
+        """Return an unknown payload."""
         declared = self.chart.events[event]
         span = self.chart.root.span
         return {
@@ -97,7 +97,7 @@ class Paths:
         }
 
     def fire(self, key: Key, history: History, place: int) -> list[Path]:
-        """Return what a timer does when it is due."""
+        """Return the paths of an expired timer."""
         timers = list(key.timers)
         fired = timers.pop(place)
         snapshot = self._snapshot(replace(key, timers=tuple(timers)), history)
@@ -128,7 +128,7 @@ class Paths:
         payload: Mapping[tuple[int, str], Expr],
         act: Callable[[], snap.Macrostep],
         event: int | None = None,
-        fired: Armed | None = None,
+        fired: TimerStart | None = None,
     ) -> list[Path]:
         events = {} if event is None else {AT_HAND: event}
         given = dict(payload)
@@ -148,15 +148,15 @@ class Paths:
             done = act()
             found[self._path(key, done, fired)] = None
             if len(found) > MOST_PATHS:
-                raise refuse(
-                    f"a step of `{self.chart.name}` has more than {MOST_PATHS} ways through it",
+                raise unsupported(
+                    f"a step of `{self.chart.name}` has more than {MOST_PATHS} paths",
                     self.chart.root.span,
                     "let fewer guards be evaluated in one macrostep, or bound its loops",
                 )
             if not recorder.advance():
                 return list(found)
 
-    def _path(self, key: Key | None, done: snap.Macrostep, fired: Armed | None) -> Path:
+    def _path(self, key: Key | None, done: snap.Macrostep, fired: TimerStart | None) -> Path:
         entries = [*self._observed(done), *self._recorder.entries, *self._passed(done)]
         after = done.after
         fresh = [self._armed(timer) for timer in after.timers if timer.deadline < STANDING]
@@ -189,7 +189,7 @@ class Paths:
         )
 
     def _observed(self, done: snap.Macrostep) -> list[Entry]:
-        """Return the output to monitors that observe an event that is taken."""
+        """Return the output to monitors that observe a taken event."""
         if not isinstance(done.event, snap.Occurrence) or not self.is_observed(done.event.event):
             return []
         (number,) = done.event.payload
@@ -201,27 +201,27 @@ class Paths:
         return tuple(self._recorder.payload[number, field.name] for field in fields)
 
     def _passed(self, done: snap.Macrostep) -> list[Entry]:
-        """Return what a delayed send does when it is due."""
+        """Return the effect of an expired delayed send."""
         if not isinstance(done.event, snap.Delayed):
             return []
         (number,) = done.event.occurrence.payload
         event = done.event.occurrence.event
         values = self._carried(number, event)
         if done.event.destination is Destination.SELF:
-            return [Posted(event, values)]
+            return [QueuedEvent(event, values)]
         leaves = any(isinstance(effect, snap.Emitted) for effect in done.effects)
         return [Output(event, values)] if leaves and event in self._wired else []
 
-    def _armed(self, timer: snap.Timer) -> Armed:
+    def _armed(self, timer: snap.Timer) -> TimerStart:
         if isinstance(timer.what, snap.Delayed):
-            return Armed(timer.what, timer.deadline, timer.deadline)
+            return TimerStart(timer.what, timer.deadline, timer.deadline)
         transition = self.chart.transitions[timer.what.transition]
         if transition.least is None:
-            return Armed(timer.what, timer.deadline, timer.deadline)
+            return TimerStart(timer.what, timer.deadline, timer.deadline)
         end = None if transition.is_open_ended else transition.delay
-        return Armed(timer.what, transition.least, end, is_interval=True)
+        return TimerStart(timer.what, transition.least, end, is_interval=True)
 
-    def _ordered(self, timers: list[Armed]) -> tuple[Armed, ...]:
+    def _ordered(self, timers: list[TimerStart]) -> tuple[TimerStart, ...]:
         if self._untimed:
             return tuple(sorted(timers, key=_name))
         bounded = [t for t in timers if t.greatest is not None]
@@ -230,7 +230,7 @@ class Paths:
         return (*bounded, *others)
 
 
-def _name(timer: Armed) -> tuple[int, int, int]:
+def _name(timer: TimerStart) -> tuple[int, int, int]:
     match timer.what:
         case snap.Timeout(transition):
             return 0, transition, 0

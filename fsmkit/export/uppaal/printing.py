@@ -1,4 +1,4 @@
-"""Expressions of charts in UPPAAL's notation, whose arithmetic is that of C in 32 bits."""
+"""Print expressions of charts in UPPAAL's notation, whose arithmetic is that of C in 32 bits."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import ClassVar
 
 import fsmkit.language as lang
-from fsmkit.export.uppaal.terms import denied, range_of, refuse, require_small
+from fsmkit.export.uppaal.terms import negation, range_of, require_small, unsupported
 from fsmkit.language.conversion import bounds
 from fsmkit.language.printing import left_assoc, non_assoc, prefix
 
@@ -27,7 +27,7 @@ Access = Callable[[str, lang.Variable], lang.Fragment]
 
 
 class Printer(lang.ExprPrinter):
-    """Prints with the names that it is given; ``constants`` names members of enumerations."""
+    """Prints with the given names; ``constants`` names members of enumerations."""
 
     unary: ClassVar[Mapping[lang.UnaryOp, lang.Operator]] = {
         lang.UnaryOp.NOT: prefix("!", PREFIX, PREFIX),
@@ -63,7 +63,7 @@ class Printer(lang.ExprPrinter):
         *,
         flat: bool = False,
     ) -> None:
-        """Print with these names; ``test`` says in a query whether a state is active.
+        """Print with these names; ``test`` prints in a query whether a state is active.
 
         ``flat``: reject operators on bits, which TChecker does not have.
         """
@@ -76,7 +76,7 @@ class Printer(lang.ExprPrinter):
     def condition(self, expr: lang.Expr, *, holds: bool = True) -> str:
         """Return a condition, or its negation, as one part of a conjunction."""
         if not holds:
-            expr = denied(expr)
+            expr = negation(expr)
         return self.fragment(expr).at_least(4)
 
     def value(self, value: lang.Value) -> str:
@@ -99,8 +99,8 @@ class Printer(lang.ExprPrinter):
                 range_of(expr)
                 return lang.Fragment(str(value), PREFIX if value < 0 else 100)
             case _:
-                raise refuse(
-                    f"a constant of type `{expr.type}` cannot be said", expr.span, "use a number"
+                raise unsupported(
+                    f"a constant of type `{expr.type}` is not supported", expr.span, "use a number"
                 )
 
     def variable(self, expr: lang.Variable) -> lang.Fragment:
@@ -114,7 +114,7 @@ class Printer(lang.ExprPrinter):
             path.append(record.name)
             record = record.record
         if not isinstance(record, lang.Variable):
-            raise refuse("a part of this record cannot be said", expr.span, "use a variable")
+            raise unsupported("a part of this record is not supported", expr.span, "use a variable")
         name = ".".join([record.name, *reversed(path)])
         assert expr.type is not None  # noqa: S101  (a value)
         return self._access(name, lang.Variable(name, expr.type, record.storage, expr.span))
@@ -129,7 +129,7 @@ class Printer(lang.ExprPrinter):
     def infix(self, expr: lang.Binary) -> lang.Fragment:
         """Print an operator of two operands."""
         if self._flat and expr.op in BITWISE:
-            raise refuse(
+            raise unsupported(
                 "operators on bits are not in the flat form: TChecker has none",
                 expr.span,
                 "use `--to uppaal`, or a multiplication, a division or a remainder",
@@ -137,11 +137,13 @@ class Printer(lang.ExprPrinter):
         if expr.op in (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT):
             lo, hi = range_of(expr.right)
             if lo < 0 or hi > 31 or range_of(expr.left)[0] < 0:
-                raise refuse("this shift depends on the width", expr.span, "multiply or divide")
+                raise unsupported(
+                    "this shift depends on the width", expr.span, "multiply or divide"
+                )
         return self._reduced(super().infix(expr), expr)
 
     def _reduced(self, printed: lang.Fragment, expr: lang.Unary | lang.Binary) -> lang.Fragment:
-        """Demand that a result needs no wrapping: 32 bits hold it."""
+        """Reject a result that needs wrapping: 32 bits must hold it."""
         if isinstance(expr.type, lang.IntType):
             lo, hi = range_of(expr)
             if (
@@ -150,7 +152,9 @@ class Printer(lang.ExprPrinter):
             ):
                 return self._wrapped(printed, lo, expr.type.lo, expr.type.hi)
         elif not isinstance(expr.type, lang.BoolType | lang.DurationType):
-            raise refuse(f"a value of type `{expr.type}` cannot be said", expr.span, "use integers")
+            raise unsupported(
+                f"a value of type `{expr.type}` is not supported", expr.span, "use integers"
+            )
         return printed
 
     def _wrapped(self, printed: lang.Fragment, least: int, lo: int, hi: int) -> lang.Fragment:
@@ -175,7 +179,7 @@ class Printer(lang.ExprPrinter):
         return lang.Fragment(f"{parts[0]} ? {parts[1]} : {other}", CHOICE)
 
     def apply(self, expr: lang.Apply) -> lang.Fragment:
-        """Print a function of the language by choices, which every tool knows."""
+        """Print a function of the language by choices, which every tool supports."""
         range_of(expr)
         texts = [self.fragment(argument).at_least(9) for argument in expr.arguments]
         if expr.function is lang.Function.ABS:
@@ -188,10 +192,12 @@ class Printer(lang.ExprPrinter):
         return lang.Fragment(text)
 
     def convert(self, expr: lang.Convert) -> lang.Fragment:
-        """Print a value brought into a range."""
+        """Print a value limited to a range."""
         type_ = expr.type
         if not isinstance(type_, lang.IntType | lang.DurationType):
-            raise refuse(f"a value of type `{type_}` cannot be said", expr.span, "use integers")
+            raise unsupported(
+                f"a value of type `{type_}` is not supported", expr.span, "use integers"
+            )
         lo, hi, overflow = bounds(type_)
         least, greatest = range_of(expr.operand)
         inner = self.fragment(expr.operand)
@@ -213,26 +219,30 @@ class Printer(lang.ExprPrinter):
         return self._test(expr)
 
     def event_field(self, expr: lang.EventField) -> lang.Fragment:
-        """Never there: bound while recording."""
-        raise refuse("there is no event at hand here", expr.span, "remove it")
+        """Unreachable: bound while recording."""
+        raise unsupported("there is no current event here", expr.span, "remove it")
 
     def event_name(self, expr: lang.EventName) -> lang.Fragment:
-        """Never there: bound while recording."""
-        raise refuse("there is no event at hand here", expr.span, "remove it")
+        """Unreachable: bound while recording."""
+        raise unsupported("there is no current event here", expr.span, "remove it")
 
     def call(self, expr: lang.Call) -> lang.Fragment:
-        """Never there: bound while recording."""
-        raise refuse(f"`{expr.operation}` cannot be called here", expr.span, "call it elsewhere")
+        """Unreachable: bound while recording."""
+        raise unsupported(
+            f"`{expr.operation}` cannot be called here", expr.span, "call it elsewhere"
+        )
 
     def call_function(self, expr: lang.CallFunction) -> lang.Fragment:
-        """Refuse a function: its body has statements."""
+        """Reject a function: its body has statements."""
         advice = "write what it computes here, or declare an operation"
-        raise refuse(f"the function `{expr.function.name}` is not translated", expr.span, advice)
+        raise unsupported(
+            f"the function `{expr.function.name}` is not translated", expr.span, advice
+        )
 
     def checked(self, expr: lang.Checked) -> lang.Fragment:
-        """Refuse a conversion that can fail."""
-        raise refuse("this conversion is not translated", expr.span, "compare with each value")
+        """Reject a conversion that can fail."""
+        raise unsupported("this conversion is not translated", expr.span, "compare with each value")
 
     def invalid(self, expr: lang.Invalid) -> lang.Fragment:
-        """Refuse it: only what never evaluates it can be said."""
-        raise refuse(expr.reason, expr.span, "write what can be evaluated")
+        """Reject an expression that cannot be evaluated."""
+        raise unsupported(expr.reason, expr.span, "write what can be evaluated")

@@ -1,4 +1,4 @@
-"""Properties as queries; for those that UPPAAL has none of there is a remark."""
+"""Translate properties to queries, or to a remark if UPPAAL has no such query."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.export.uppaal.machine import Builder
 from fsmkit.export.uppaal.network import Query
 from fsmkit.export.uppaal.printing import Access, Printer
 from fsmkit.export.uppaal.space import Space
-from fsmkit.export.uppaal.terms import both, refuse, safety
+from fsmkit.export.uppaal.terms import both, safety, unsupported
 from fsmkit.language import Expr, Fragment, Variable
 from fsmkit.system.properties.condition import Condition
 from fsmkit.system.properties.property import Builtin, Property
@@ -22,7 +22,7 @@ from fsmkit.system.shared import resting_states
 MANY = 6
 """A state that is active in more locations has a variable of its own."""
 UNFAIR = (
-    "UPPAAL knows no fairness: what it proves holds, but what it refutes may hold in all fair runs"
+    "UPPAAL has no fairness: its proofs are valid, but a refuted property may hold in all fair runs"
 )
 MISSING = {
     "livelock_free": "UPPAAL has no query for cycles in which no time passes",
@@ -33,14 +33,14 @@ MISSING = {
 
 @dataclass(slots=True)
 class Queries:
-    """Makes the queries of a network."""
+    """Creates the queries of a network."""
 
     space: Space
     builders: list[Builder]
     has_steps: bool
     """Whether states between two steps exist, at which nothing is evaluated."""
 
-    def made(self) -> Iterator[Query]:
+    def all_queries(self) -> Iterator[Query]:
         """Yield the queries of all properties, and one for each queue."""
         for property_ in self.space.closed.system.properties:
             yield self._of(property_)
@@ -58,19 +58,19 @@ class Queries:
         return replace(found, comment=f"{comment}. {UNFAIR}") if is_unfair else found
 
     def _formula(self, property_: Property) -> str:
-        """Return a property as a formula; refused where UPPAAL has none of its kind."""
+        """Return a property as a formula; rejected if UPPAAL has none of its kind."""
         if property_.is_of_steps:
-            raise _refused(property_, "`occurs` is decided at steps, not at states")
+            raise _unsupported(property_, "`occurs` is decided at steps, not at states")
         if property_.kind.decided is Builtin.DEADLOCK:
             if self.space.closed.is_open:
-                raise _refused(property_, "traps of one chart are no states")
+                raise _unsupported(property_, "traps of one chart are not states")
             if any(builder.owes_by_payload for builder in self.builders):
-                raise _refused(property_, "what must come depends on what an event carries")
+                raise _unsupported(property_, "the required events depend on a payload")
             return f"A[] !({self.deadlock()})"
         form, key = form_of(property_), property_.kind.key
         if property_.condition is None or form not in (Form.NEVER, Form.REACHED, Form.LEADS_TO):
             otherwise = f"UPPAAL has no query for `{key}`: use `fsmkit check`"
-            raise _refused(property_, MISSING.get(key, otherwise))
+            raise _unsupported(property_, MISSING.get(key, otherwise))
         text = self.text(Condition(property_.condition, property_.atoms), property_)
         if form is Form.LEADS_TO and property_.goal is not None:
             goal = self._stable(self.text(property_.goal, property_))
@@ -140,7 +140,10 @@ class Queries:
     # --- deadlock --------------------------------------------------------------------------------
 
     def deadlock(self) -> str:
-        """Return when nothing is left to happen and some machine is not at rest (VERIFICATION)."""
+        """Return the formula of a deadlock (VERIFICATION).
+
+        Nothing can happen, and some machine is not at rest.
+        """
         parts = [self.space.stable] if self.has_steps else []
         parts += [f"{queue.length} == 0" for queue in self.space.queues.values()]
         restless = []
@@ -202,5 +205,5 @@ class Queries:
         return printer.condition(condition, holds=holds)
 
 
-def _refused(property_: Property, why: str) -> Exception:
-    return refuse(why, property_.span, "use `fsmkit check`")
+def _unsupported(property_: Property, why: str) -> Exception:
+    return unsupported(why, property_.span, "use `fsmkit check`")

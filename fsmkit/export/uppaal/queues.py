@@ -1,7 +1,7 @@
-"""Bounded queues as arrays: an event's number at each place, 0 at those that are free.
+"""Model bounded queues as arrays: an event's number at each index, 0 if free.
 
-The first event stands at place 0, so that equal queues are equal states. The fields of an event
-stand beside its number, the n-th in the n-th lane.
+The first event has index 0, so that equal queues are equal states. The fields of an event are
+beside its number, the n-th in the n-th lane.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from fsmkit.export.uppaal.network import Declared, Function, Sort
 
 @dataclass(frozen=True, slots=True)
 class Queue:
-    """The queue of a machine. ``lanes``: name, least and greatest value of each.
+    """The queue of a machine. ``lanes``: name, minimum and maximum of each.
 
-    ``stopped`` names what tells that the machine has stopped and takes nothing, if it ever does.
+    ``stopped`` is the variable that shows that the machine has stopped, if it ever does.
     """
 
     machine: str
@@ -68,13 +68,13 @@ class Queue:
             _function(self.push_name, push, self._pushed("event", values)),
             _function(self.pop_name, "", self.pop(flat=True)),
         ]
-        looked = self.let_look("changed", flat=True)
+        looked = self.insert_sampling("changed", flat=True)
         return [*found, _function(self.look_name, "bool changed", looked)] if self.look else found
 
     # --- updates ---------------------------------------------------------------------------------
 
     def push(self, event: int, values: Sequence[str], *, flat: bool) -> list[str]:
-        """Return the updates that append an event; a full queue drops it and notes so."""
+        """Return the updates that append an event; a full queue drops it and records that."""
         given = [*values, *["0"] * (len(self.lanes) - len(values))]
         if not flat:
             return [f"{self.push_name}({', '.join([self.numbers[event], *given])})"]
@@ -92,7 +92,7 @@ class Queue:
         return [*found, f"{self.length} = {room} ? {self.length} + 1 : {self.length}"]
 
     def pop(self, *, flat: bool) -> list[str]:
-        """Return the updates that take the first event away."""
+        """Return the updates that remove the first event."""
         if not flat:
             return [f"{self.pop_name}()"]
         found = []
@@ -101,8 +101,8 @@ class Queue:
             found.append(f"{name}[{self.capacity - 1}] = 0")
         return [*found, f"{self.length} = {self.length} - 1"]
 
-    def let_look(self, changed: str, *, flat: bool) -> list[str]:
-        """Return the updates that put the event for looking first, if it is not there."""
+    def insert_sampling(self, changed: str, *, flat: bool) -> list[str]:
+        """Return the updates that insert the sampling event first, if it is not there."""
         if not flat:
             return [f"{self.look_name}({changed})"]
         runs = f"!{self.stopped} && " if self.stopped else ""

@@ -1,10 +1,10 @@
-"""A chart whose guards are open and whose statements are only noted, and the host that does so.
+"""Record the macrosteps of a chart whose guards and statements become calls of a host.
 
 Each expression of the chart becomes a call of an operation ``#n`` of the `Recorder`, which knows
-what stood there; so the reference interpreter decides, unchanged, what is evaluated and in which
-order. Configuration, histories, internal queue and timers are its own; data are expressions. The
-arguments of the call are what an expression needs of the interpreter: which states are active, and
-which event is at hand.
+the original. So the reference interpreter decides, unchanged, which expressions are evaluated in
+which order. Configuration, histories, internal queue and timers are its own; data are expressions.
+The arguments of the call are the facts that an expression needs of the interpreter: the active
+states, and the current event.
 """
 
 from __future__ import annotations
@@ -20,15 +20,21 @@ from fsmkit.chart.content import written
 from fsmkit.diagnostics import Span
 from fsmkit.export.uppaal.entries import (
     FIRST_SLOT,
-    Assigned,
+    Assignment,
     Entry,
     Output,
-    Picked,
-    Posted,
+    QueuedEvent,
+    ResultChoice,
     Test,
     scratch,
 )
-from fsmkit.export.uppaal.terms import fitting, refuse, safety, saturating, staying
+from fsmkit.export.uppaal.terms import (
+    conversion_condition,
+    range_condition,
+    safety,
+    saturating_conversions,
+    unsupported,
+)
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.statements.tree import statements
 from fsmkit.language.walk import EXPRESSIONS, fields_held, nodes, rebuilt, root
@@ -52,7 +58,7 @@ Action = Callable[[tuple[lang.Value, ...]], lang.Value]
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """An expression, and how to bring along what the interpreter knows of it."""
+    """An expression, and the facts that it needs of the interpreter."""
 
     expr: lang.Expr
     needs: tuple[lang.Expr, ...]
@@ -69,7 +75,7 @@ class Term:
 class Limits:
     """Where evaluating an expression raises nothing, and where its value stays in its range.
 
-    None: everywhere. ``leaving``: what may be brought to the nearest bound.
+    None: everywhere. ``leaving``: the conversions that may limit a value.
     """
 
     expr: lang.Expr
@@ -80,19 +86,19 @@ class Limits:
     @classmethod
     def of(cls, expr: lang.Expr) -> Limits:
         """Return the limits of an expression."""
-        safe, inside = safety(expr), staying(expr)
+        safe, inside = safety(expr), range_condition(expr)
         return cls(
             expr,
             None if safe is None else lang.fold(safe),
             None if inside is None else lang.fold(inside),
-            tuple(saturating(expr)),
+            tuple(saturating_conversions(expr)),
         )
 
 
 class Recorder(Chooser):
-    """The host of a recording chart, which it makes: notes what a macrostep evaluates and does.
+    """The host of a recording chart: it records the evaluations and effects of a macrostep.
 
-    Each test that is open is a choice.
+    Each open test is a choice.
     """
 
     def __init__(
@@ -101,7 +107,7 @@ class Recorder(Chooser):
         results: Mapping[str, tuple[lang.Value, ...]],
         is_wired: Callable[[int], bool],
     ) -> None:
-        """Record a chart; ``is_wired``: whether a port is connected."""
+        """Build the recording chart; ``is_wired``: whether a port is connected."""
         super().__init__(results)
         self.original = chart
         self.is_wired = is_wired
@@ -127,8 +133,8 @@ class Recorder(Chooser):
     def start(
         self, events: Mapping[int, int], payload: Mapping[tuple[int, str], lang.Expr]
     ) -> None:
-        """Begin a path: which events are at hand or delayed, by number, and what they carry."""
-        self.begin()
+        """Start a path with current or delayed events, by number, and their payloads."""
+        self.start_step()
         self.entries = []
         self._known = dict(self.constants)
         self._asked = {}
@@ -137,27 +143,27 @@ class Recorder(Chooser):
         self.slots = {number for number in events if number >= FIRST_SLOT}
 
     def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
-        """Do what stands for an operation, or give one of its results."""
+        """Perform the recorded action of an operation, or return one of its results."""
         if operation.startswith("#"):
             return self.actions[int(operation[1:])](arguments)
         values = self.results.get(operation)
         if values is None:
             return None
         if self.is_wired(self.ports[operation]):
-            raise refuse(
+            raise unsupported(
                 f"`{operation}` has a result, and its call is observed",
                 next(o.span for o in self.original.operations if o.name == operation),
                 "send an event instead, and wait for the answer",
             )
         value = values[self.choose(len(values))]
         if len(values) > 1:
-            self.entries.append(Picked(operation, value))
+            self.entries.append(ResultChoice(operation, value))
         return value
 
-    # --- what is known and what is open ----------------------------------------------------------
+    # --- known and open values -------------------------------------------------------------------
 
     def bound(self, term: Term, arguments: tuple[lang.Value, ...]) -> lang.Expr:
-        """Return an expression with all that is not data made constant."""
+        """Return an expression with everything constant that is not data."""
         if term.reads_event or not term.names.isdisjoint(self._known):
             return self._bound(term, arguments)
         key = arguments[:-2]
@@ -191,21 +197,21 @@ class Recorder(Chooser):
         return lang.fold(rebuilt(term.expr, change))
 
     def _type(self, at: int, name: str, node: lang.EventType) -> str:
-        """Return the type of the event at hand; refused where its name does not tell it."""
+        """Return the type of the current event; rejected if its name does not determine it."""
         if at == NOBODY:
             return ""
         types = {event.type for event in self.original.events if event.name == name}
         if len(types) > 1:
-            raise refuse(
+            raise unsupported(
                 f"`{name}` is both raised and sent, and its type is used",
                 node.span,
-                "give what is raised a name of its own",
+                "rename the raised event",
             )
         return types.pop()
 
     def _field(self, at: int, name: str, field: str, node: lang.EventField) -> lang.Expr:
         if at == NOBODY:
-            return lang.Invalid("there is no event at hand", node.type, node.span)
+            return lang.Invalid("there is no current event", node.type, node.span)
         index = self.original.event_index[name] if at == BLANK else self.events[at]
         declared = next((f for f in self.original.events[index].fields if f.name == field), None)
         if declared is None:
@@ -251,9 +257,9 @@ class Recorder(Chooser):
                 pass
 
     def checked(self, expr: lang.Expr, *, may_leave: bool = False) -> lang.Expr:
-        """Evaluate on this path; raises what the interpreter would meet.
+        """Evaluate on this path; raise the interpreter's errors.
 
-        ``may_leave``: a value may be brought back into its range (``error.range``).
+        ``may_leave``: a value may be limited to its range (``error.range``).
         """
         limits = self._limits.get(id(expr))
         if limits is None:
@@ -266,13 +272,13 @@ class Recorder(Chooser):
             raise lang.RangeFault("a value left its range")
         leaving = limits.leaving if self.answers_errors else ()
         if leaving and not (may_leave and len(leaving) == 1):
-            raise refuse(
+            raise unsupported(
                 "a value may leave its range here, and the chart answers `error.range`",
                 expr.span,
                 "store it in a variable first",
             )
         for convert in leaving:
-            fits = fitting(convert)
+            fits = conversion_condition(convert)
             if self.test(None if fits is None else lang.fold(fits)):
                 return _without(expr, convert)
             self.left = True
@@ -284,7 +290,7 @@ class Recorder(Chooser):
             safe = safety(location)
             if not self.test(None if safe is None else lang.fold(safe)):
                 raise lang.ContentError("the index is outside the array")
-        self.entries.append(Assigned(location, value))
+        self.entries.append(Assignment(location, value))
         self._asked = {}
         if isinstance(location, lang.Variable):
             self._known.pop(location.name, None)
@@ -292,7 +298,7 @@ class Recorder(Chooser):
                 self._known[location.name] = value
 
     def keep(self, number: int, event: Event, values: tuple[lang.Expr, ...]) -> None:
-        """Keep the payload of an event until it is taken."""
+        """Store the payload of an event until it is taken."""
         self.events[number] = event.index
         for part, value in zip(event.fields, values, strict=True):
             is_read = part.name in self._read or number >= FIRST_SLOT
@@ -348,11 +354,11 @@ class Recorder(Chooser):
     def _call(
         self, action: Action, terms: tuple[Term, ...], span: Span, type_: object
     ) -> lang.Call:
-        """Return the call that stands for something, with what the interpreter evaluates for it."""
+        """Return the call for an action, with the values that the interpreter evaluates for it."""
         self.actions.append(action)
         arguments: list[lang.Expr] = []
         for term in terms:
-            arguments += [*term.needs, lang.EventName(span), number_at_hand(span)]
+            arguments += [*term.needs, lang.EventName(span), current_event_number(span)]
         return lang.Call(f"#{len(self.actions) - 1}", tuple(arguments), type_, span)  # type: ignore[arg-type]
 
     def _done_data(
@@ -367,7 +373,7 @@ class Recorder(Chooser):
         return (self._raising(event, given, given[0].span),) if given else ()
 
     def _raising(self, event: int, values: tuple[lang.Expr, ...], span: Span) -> lang.Call:
-        """Return the call that keeps a payload and gives the number of the raised event."""
+        """Return the call that stores a payload and returns the number of the raised event."""
         terms = tuple(map(term_of, values))
         declared = self.original.events[event]
 
@@ -396,7 +402,7 @@ class Recorder(Chooser):
     def _statement(self, statement: stmt.Statement) -> list[stmt.Statement]:
         match statement:
             case stmt.Local() | stmt.Return():
-                raise refuse(
+                raise unsupported(
                     "local variables are not translated",
                     statement.span,
                     "declare the variable under `data`",
@@ -415,7 +421,7 @@ class Recorder(Chooser):
             case stmt.If(branches):
                 return [replace(statement, branches=tuple(map(self._branch, branches)))]
             case stmt.ForEach():
-                return self._unrolled(statement)
+                return self._unroll(statement)
             case stmt.CallOperation(call, span):
                 port = self.ports[call.operation]
                 if call.type is not None:
@@ -424,13 +430,13 @@ class Recorder(Chooser):
             case stmt.Cancel() | stmt.Fail():
                 return [statement]
             case stmt.Invoke():
-                raise refuse(
+                raise unsupported(
                     "invoked machines are not translated",
                     statement.span,
                     "make it a machine of its own in a system",
                 )
             case _:
-                raise refuse("this is not translated", statement.span, "say it another way")
+                raise unsupported("this is not translated", statement.span, "use other statements")
 
     def _branch(
         self, branch: stmt.Branch[lang.Expr, stmt.Statement]
@@ -454,7 +460,7 @@ class Recorder(Chooser):
         return self._performing(done, terms, span)
 
     def _performing(self, done: Action, terms: tuple[Term, ...], span: Span) -> stmt.Statement:
-        """Return the statement that does something; if it gives `OUTSIDE`, with ``error.range``."""
+        """Return the statement that performs an action; for `OUTSIDE`, with ``error.range``."""
         if not self.answers_errors:
             return stmt.CallOperation(self._call(done, terms, span, None), span)
         value = lang.Convert(self._call(done, terms, span, INSIDE_TYPE), INSIDE_TYPE, span)
@@ -485,7 +491,7 @@ class Recorder(Chooser):
         event, span = self.original.events[statement.event], statement.span
         if statement.destination in (stmt.Destination.INVOKER, stmt.Destination.INVOKED):
             way_out = "make it a machine of its own in a system"
-            raise refuse("invoked machines are not translated", span, way_out)
+            raise unsupported("invoked machines are not translated", span, way_out)
         if statement.delay is not None:
             return self._delaying(statement)
         match statement.destination:
@@ -496,7 +502,7 @@ class Recorder(Chooser):
                 return self._doing(
                     statement.arguments,
                     span,
-                    lambda values: self.entries.append(Posted(event.index, values)),
+                    lambda values: self.entries.append(QueuedEvent(event.index, values)),
                 )
             case _:
                 return self._doing(
@@ -504,11 +510,11 @@ class Recorder(Chooser):
                 )
 
     def _delaying(self, statement: stmt.Send) -> stmt.Statement:
-        """Let the interpreter arm the timer; its payload is the number of a slot."""
+        """Return the statement that arms the timer; its payload is the number of a slot."""
         assert statement.delay is not None  # noqa: S101  (it has one)
         if not isinstance(lang.fold(statement.delay), lang.Literal):
-            raise refuse(
-                "this delay is known only when running",
+            raise unsupported(
+                "this delay is not constant",
                 statement.delay.span,
                 "send after a constant, one statement for each delay",
             )
@@ -525,7 +531,7 @@ class Recorder(Chooser):
         number = self._call(action, terms, statement.span, NUMBER)
         return replace(statement, arguments=(number,))
 
-    def _unrolled(
+    def _unroll(
         self, loop: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement]
     ) -> list[stmt.Statement]:
         """Return the rounds of a loop one after the other.
@@ -535,7 +541,7 @@ class Recorder(Chooser):
         array = loop.array
         changed = {root(p).name for inner in statements(loop.body) for p in written(inner)}
         if isinstance(array, lang.Variable) and array.name in changed:
-            raise refuse("this loop changes its array", loop.span, "loop over a copy")
+            raise unsupported("this loop changes its array", loop.span, "loop over a copy")
         found: list[stmt.Statement] = []
         for place, item in enumerate(_items(array, loop.span)):
             index = lang.Literal(place, exact(place, place), loop.span)
@@ -546,7 +552,7 @@ class Recorder(Chooser):
                 if variable.storage is not lang.Storage.LOCAL:
                     found.append(stmt.Assign(variable, value, loop.span))
                 elif variable.name in changed:
-                    raise refuse(
+                    raise unsupported(
                         f"this loop assigns its variable `{variable.name}`",
                         loop.span,
                         "assign a variable that is declared under `data`",
@@ -570,7 +576,7 @@ def _items(array: lang.Iterated, span: Span) -> Iterator[lang.Expr]:
 
 
 def _with_values(node: Any, values: Mapping[str, lang.Expr]) -> Any:
-    """Return a statement, or a part of one, with values in place of local variables."""
+    """Return a statement, or a part of one, with local variables replaced by values."""
 
     def change(expr: lang.Expr) -> lang.Expr | None:
         match expr:
@@ -590,12 +596,12 @@ def _with_values(node: Any, values: Mapping[str, lang.Expr]) -> Any:
 
 
 def _without(expr: lang.Expr, convert: lang.Convert) -> lang.Expr:
-    """Return an expression in which a value is not brought into a range that it is in."""
+    """Return an expression without conversions to a range that the value is in anyway."""
     return rebuilt(expr, lambda node: convert.operand if node is convert else None)
 
 
 def term_of(expr: lang.Expr) -> Term:
-    """Return an expression with what the interpreter evaluates for it."""
+    """Return an expression with the values that the interpreter evaluates for it."""
     needs: list[lang.Expr] = []
 
     def look(node: lang.Expr) -> lang.Expr | None:
@@ -616,8 +622,8 @@ def term_of(expr: lang.Expr) -> Term:
     )
 
 
-def number_at_hand(span: Span) -> lang.Expr:
-    """Return the expression for the number of the event at hand."""
+def current_event_number(span: Span) -> lang.Expr:
+    """Return the expression for the number of the current event."""
     none = lang.Binary(
         lang.BinaryOp.EQ, lang.EventName(span), lang.Literal("", lang.SYMBOL, span), lang.BOOL, span
     )

@@ -1,4 +1,4 @@
-"""The names that all machines of a network share: constants, queues, inputs, shared data."""
+"""The declarations that all machines of a network share: constants, queues, inputs, shared data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fsmkit.export.uppaal.names import FLAT, RESERVED
 from fsmkit.export.uppaal.network import Declarations, Declared, Function, Sort
 from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queues import Queue
-from fsmkit.export.uppaal.terms import range_of_type, refuse
+from fsmkit.export.uppaal.terms import range_of_type, unsupported
 from fsmkit.language.walk import nodes
 from fsmkit.system.properties.kinds.monitor import sampling_event
 from fsmkit.verify.statespace.closed_system import MAX_PENDING_BEFORE_INPUT, ClosedSystem
@@ -25,7 +25,7 @@ MOST_SYMBOLS = 2**15
 def leaves(
     name: str, type_: lang.Type, value: lang.Value | None = None
 ) -> Iterator[tuple[str, lang.Type, lang.Value | None]]:
-    """Yield the variables that a variable becomes: of a record one for each field, with dots."""
+    """Yield the scalar variables of a variable: for a record one for each field, with dots."""
     if not isinstance(type_, lang.RecordType):
         yield name, type_, value
         return
@@ -36,7 +36,7 @@ def leaves(
 
 @dataclass(slots=True)
 class Space:
-    """What is declared beside the templates."""
+    """The declarations beside the templates."""
 
     closed: ClosedSystem
     flat: bool
@@ -63,7 +63,7 @@ class Space:
     pace: Pace | None = None
 
     def __post_init__(self) -> None:
-        """Give the names that do not depend on how the machines behave."""
+        """Choose the names that do not depend on the machines' behaviour."""
         if self.flat:
             self.names = Names(FLAT)
         self.hurry = "" if self.paced else self.names.take("hurry")
@@ -142,7 +142,7 @@ class Space:
         return Declared(name, Sort.INT, lo, hi, length, start)
 
     def number(self, value: lang.Value | None) -> int:
-        """Return a value as a number; of a string its own."""
+        """Return a value as a number; each string has its own."""
         if isinstance(value, str):
             return self.symbol(value)
         return int(value) if isinstance(value, int) else 0
@@ -173,7 +173,7 @@ class Space:
                     self.declared.append(self.variable(name, type_, value, declared.span))
 
     def source_of(self, machine: int, number: int) -> tuple[str, lang.Type, lang.Value]:
-        """Return what a wire takes, by name: as `system.shared.written_value` counts."""
+        """Return the name of a wire's source, counted as by `system.shared.written_value`."""
         chart, shared = self.closed.charts[machine], self.closed.system.machines[machine].shared
         if number < len(chart.outputs):
             found = chart.outputs[number]
@@ -183,7 +183,7 @@ class Space:
             slot = shared[number]
             data = chart.data[slot.data]
             if slot.element is not None:
-                raise refuse(
+                raise unsupported(
                     "a monitor that watches an element of an array is not translated",
                     data.span,
                     "watch an output",
@@ -248,7 +248,7 @@ class Space:
         for event in events:
             for place, part in enumerate(chart.events[event].fields):
                 if isinstance(part.type, lang.ArrayType | lang.RecordType):
-                    raise refuse(
+                    raise unsupported(
                         f"`{chart.events[event].name}` carries `{part.type}`",
                         chart.events[event].span,
                         "let it carry numbers, truth values and enumerations",
@@ -264,7 +264,7 @@ class Space:
             (self.names.take(f"{own}_value_{n}"), lo, hi) for n, (lo, hi) in enumerate(found, 1)
         )
 
-    # --- who may move ----------------------------------------------------------------------------
+    # --- priorities ------------------------------------------------------------------------------
 
     def _answering(self, *, environment: bool) -> list[str]:
         """Return the lengths of the queues of monitors, and of the ``environment``."""
@@ -275,15 +275,15 @@ class Space:
             if machines[number].is_monitor or (machines[number].environment and environment)
         ]
 
-    def nobody_answers(self, *, environment: bool = True) -> list[str]:
-        """Return that no monitor, and nothing of the ``environment``, has events in its queue."""
+    def no_priority_events(self, *, environment: bool = True) -> list[str]:
+        """Return that no monitor, nor a machine of the ``environment``, has queued events."""
         lengths = self._answering(environment=environment)
         if len(lengths) > 1 and not self.flat:
             return [f"!{self.waits if environment else self.watches}()"]
         return [f"{length} == 0" for length in lengths]
 
-    def is_patient(self) -> list[str]:
-        """Return that so few events wait that another may come from outside."""
+    def has_few_events(self) -> list[str]:
+        """Return that few enough events wait for another external one."""
         if len(self.queues) > 1 and not self.flat:
             return [f"{self.patience}()"]
         return [self._few()] if self.queues else []
@@ -307,7 +307,7 @@ class Space:
             yield Function(name, f"bool {name}() {{\n  return {text};\n}}")
 
     def declarations(self, starting: int) -> Declarations:
-        """Return all that is declared; ``starting``: the machines that start by steps."""
+        """Return all declarations; ``starting``: the machines that start by steps."""
         found: list[Declared | Function] = []
         if self.hurry:
             found.append(Declared(self.hurry, Sort.URGENT_BROADCAST))

@@ -1,10 +1,10 @@
-"""The flat form in the expressions that TChecker reads (`program.yy` of TChecker, 0.8).
+"""Print the flat form in the expressions of TChecker (`program.yy` of TChecker, 0.8).
 
 A guard there is a conjunction nested to the right, ``a && (b && c)``. Each part is a number, a
-comparison of numbers, or a negation of such. There is no disjunction, and a comparison is no
+comparison of numbers, or a negation of such. There is no disjunction, and a comparison is not a
 number. So ``a || b`` becomes ``(a ? 1 : (b ? 1 : 0)) > 0``, which evaluates ``b`` only where ``||``
-does, and a truth value that is stored becomes ``a == b ? true : false``. The importer
-(uppaal-to-tchecker) passes on parentheses and choices as they are.
+does, and a stored truth value becomes ``a == b ? true : false``. The importer (uppaal-to-tchecker)
+does not change parentheses and choices.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class Node:
 
     @property
     def is_logical(self) -> bool:
-        """Whether it is a truth value that TChecker does not take for a number."""
+        """Whether it is a truth value that TChecker does not accept as a number."""
         return bool(self.operands) and self.word in LOGICAL
 
 
 class _Reader:
-    """Reads an expression that this package wrote."""
+    """Parses an expression that this package wrote."""
 
     def __init__(self, text: str) -> None:
         self._words: list[str] = TOKEN.findall(text)
@@ -97,7 +97,7 @@ class _Reader:
         assert taken == word, (taken, word)  # noqa: S101  (written by this package)
 
 
-def readable_by_tchecker(template: Template) -> Template:
+def for_tchecker(template: Template) -> Template:
     """Return a template whose guards, invariants and updates TChecker can read."""
     return replace(
         template,
@@ -163,7 +163,7 @@ def _conjunction(parts: Sequence[str]) -> str:
 
 
 def _truth(node: Node) -> str:
-    """Return 1 where a condition holds and 0 where it does not."""
+    """Return 1 if a condition holds, else 0."""
     match node:
         case Node("||", (left, right)):
             return f"({_condition(left)} ? 1 : {_truth(right)})"
@@ -172,7 +172,7 @@ def _truth(node: Node) -> str:
 
 
 def _number(node: Node) -> str:
-    """Return an operand: what TChecker takes for a number, in parentheses if it has operators."""
+    """Return an operand: a number of TChecker, in parentheses if it has operators."""
     text = _value(node)
     is_bare = not node.operands or node.word == "["
     return text if is_bare or (node.word == "-" and len(node.operands) == 1) else f"({text})"

@@ -1,4 +1,4 @@
-"""Expressions before they are printed: bounds, and whether they can fail."""
+"""Analyse expressions before they are printed: bounds, and whether they can fail."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ LEAST, GREATEST = -(2**31), 2**31 - 1
 """The numbers that UPPAAL computes with (docs.uppaal.org, Types)."""
 
 
-def refuse(message: str, place: Span | None, way_out: str) -> Exception:
-    """Return the error of something that cannot be said."""
+def unsupported(message: str, place: Span | None, way_out: str) -> Exception:
+    """Return the error for an unsupported feature."""
     return fail("not-in-uppaal", message, place, help=way_out)
 
 
 def require_small(lo: int, hi: int, place: Span | None) -> None:
-    """Refuse numbers beyond 32 bits."""
+    """Reject numbers beyond 32 bits."""
     if lo < LEAST or hi > GREATEST:
-        raise refuse(
+        raise unsupported(
             f"a value here can lie in {lo}..{hi}: UPPAAL computes with 32 bits",
             place,
             "declare narrower ranges, such as `0..1000`",
@@ -35,26 +35,26 @@ def require_small(lo: int, hi: int, place: Span | None) -> None:
 
 
 def range_of(expr: lang.Expr) -> tuple[int, int]:
-    """Return bounds of the values of an expression, as they are before it wraps around.
+    """Return bounds of the values of an expression, before it wraps around.
 
-    Refuses what has no bounds within 32 bits.
+    Rejects values without bounds within 32 bits.
     """
     found = raw_range(expr, range_of)
     if found is None and isinstance(expr, lang.Binary):
-        raise refuse("this has no bounds", expr.span, "use a narrower range")
+        raise unsupported("this has no bounds", expr.span, "use a narrower range")
     found = found or range_of_type(expr.type, expr.span)
     require_small(*found, expr.span)
     return found
 
 
 def range_of_type(type_: lang.Type | None, place: Span | None) -> tuple[int, int]:
-    """Return the least and greatest value of a scalar type; symbols are numbered elsewhere."""
+    """Return the minimum and maximum of a scalar type; symbols are numbered elsewhere."""
     if isinstance(type_, lang.ArrayType):
         type_ = type_.element
     found = (0, GREATEST) if isinstance(type_, lang.SymbolType) else of_type(type_)
     if found is None:
-        raise refuse(
-            f"a value of type `{type_}` cannot be said",
+        raise unsupported(
+            f"a value of type `{type_}` is not supported",
             place,
             "use whole numbers, truth values or enumerations, in small units",
         )
@@ -66,7 +66,7 @@ def range_of_type(type_: lang.Type | None, place: Span | None) -> tuple[int, int
 
 
 def safety(expr: lang.Expr) -> lang.Expr | None:
-    """Return what holds just where evaluating raises no content error; None: it never does."""
+    """Return the exact condition under which evaluation raises no content error; None: always."""
     own: lang.Expr | None = None
     match expr:
         case lang.Invalid():
@@ -74,7 +74,7 @@ def safety(expr: lang.Expr) -> lang.Expr | None:
         case lang.Binary(lang.BinaryOp.AND | lang.BinaryOp.OR as op, left, right):
             then = safety(right)
             if then is not None:
-                skipped = denied(left) if op is lang.BinaryOp.AND else left
+                skipped = negation(left) if op is lang.BinaryOp.AND else left
                 then = lang.Binary(lang.BinaryOp.OR, skipped, then, lang.BOOL, skipped.span)
             return both(safety(left), then)
         case lang.Conditional(test, then, otherwise):
@@ -94,19 +94,19 @@ def safety(expr: lang.Expr) -> lang.Expr | None:
     return both(reduce(both, map(safety, parts(expr)), None), own)
 
 
-def staying(expr: lang.Expr) -> lang.Expr | None:
-    """Return what holds where no value leaves a range that faults then; None: none ever does."""
+def range_condition(expr: lang.Expr) -> lang.Expr | None:
+    """Return the condition under which no value leaves a faulting range; None: always."""
     if isinstance(expr, lang.Element | lang.Member | lang.Call):
         return None
     own = None
     match expr:
         case lang.Convert(operand, lang.IntType(lo, hi, lang.Overflow.FAULT)):
             own = _between(operand, lo, hi)
-    return both(reduce(both, map(staying, parts(expr)), None), own)
+    return both(reduce(both, map(range_condition, parts(expr)), None), own)
 
 
-def saturating(expr: lang.Expr) -> list[lang.Convert]:
-    """Return where a value may be brought to the nearest bound of its range."""
+def saturating_conversions(expr: lang.Expr) -> list[lang.Convert]:
+    """Return the conversions that may limit a value to its range."""
     return [
         part for part in subexpressions(expr) if isinstance(part, lang.Convert) and _leaves(part)
     ]
@@ -120,8 +120,8 @@ def _leaves(convert: lang.Convert) -> bool:
     return overflow is lang.Overflow.SATURATE and not lo <= least <= greatest <= hi
 
 
-def fitting(convert: lang.Convert) -> lang.Expr | None:
-    """Return what holds where a value lies in the range that it is brought into."""
+def conversion_condition(convert: lang.Convert) -> lang.Expr | None:
+    """Return the condition under which a value lies in the range of its conversion."""
     assert isinstance(convert.type, lang.IntType | lang.DurationType)  # noqa: S101  (one that saturates)
     lo, hi, _ = bounds(convert.type)
     return _between(convert.operand, lo, hi)
@@ -147,7 +147,7 @@ def both(one: lang.Expr | None, other: lang.Expr | None) -> lang.Expr | None:
     return lang.Binary(lang.BinaryOp.AND, one, other, lang.BOOL, one.span)
 
 
-def denied(expr: lang.Expr) -> lang.Expr:
+def negation(expr: lang.Expr) -> lang.Expr:
     """Return the negation of a condition."""
     opposite = {
         lang.BinaryOp.EQ: lang.BinaryOp.NE,

@@ -1,31 +1,31 @@
-"""A closed system as a network: one template for each machine, data left as variables.
+"""Translate a closed system to a network: one template for each machine, with data as variables.
 
-Dense time, as zones have it: clocks for timers, invariants until when they must fire. Without
-time, if the system is closed so: then an armed timer fires whenever it may.
+Dense time, as in zones: clocks for timers, invariants until they must fire. If the system is closed
+untimed, an armed timer may fire at any time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from fsmkit.export.uppaal.automaton import Automaton, followed
+from fsmkit.export.uppaal.automaton import Automaton, build_automaton
 from fsmkit.export.uppaal.data import Data
-from fsmkit.export.uppaal.entries import Output, Path, Posted
-from fsmkit.export.uppaal.layout import laid_out
+from fsmkit.export.uppaal.entries import Output, Path, QueuedEvent
+from fsmkit.export.uppaal.layout import lay_out
 from fsmkit.export.uppaal.machine import Builder
 from fsmkit.export.uppaal.network import Network
 from fsmkit.export.uppaal.pace import Pace
 from fsmkit.export.uppaal.queries import MANY, Queries
 from fsmkit.export.uppaal.space import Space
-from fsmkit.export.uppaal.tchecker import readable_by_tchecker
-from fsmkit.export.uppaal.terms import refuse
+from fsmkit.export.uppaal.tchecker import for_tchecker
+from fsmkit.export.uppaal.terms import unsupported
 from fsmkit.language import InState
 from fsmkit.language.walk import nodes
 from fsmkit.system.machine import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
-def translated(
+def translate(
     closed: ClosedSystem,
     *,
     flat: bool = False,
@@ -36,10 +36,11 @@ def translated(
     """Return the network of a system.
 
     ``flat``: without functions, and with expressions that TChecker reads. ``paced``: without an
-    urgent channel (`pace`). ``draw``: give positions. ``progress`` gets the locations and paths so
-    far. Raises `FsmkitError` (``not-in-uppaal``) for what UPPAAL cannot express.
+    urgent channel (`pace`). ``draw``: compute positions. ``progress`` is called with the locations
+    and paths so far. Raises `FsmkitError` (``not-in-uppaal``) for features that UPPAAL cannot
+    express.
     """
-    _require_sayable(closed)
+    _require_supported(closed)
     space = Space(closed, flat, paced)
     automata: list[Automaton] = []
     for machine in range(len(closed.charts)):
@@ -49,7 +50,7 @@ def translated(
             progress(before + locations, paths)
 
         events, constants = space.queueable(machine), space.known_inputs(machine)
-        automata.append(followed(closed, machine, events, constants, show))
+        automata.append(build_automaton(closed, machine, events, constants, show))
     space.declare_queues({n for n, automaton in enumerate(automata) if automaton.stops})
     machines = closed.system.machines
     order = sorted(range(len(machines)), key=lambda m: not machines[m].environment)
@@ -71,13 +72,13 @@ def translated(
         else:
             space.pace = None
     if flat:
-        templates = list(map(readable_by_tchecker, templates))
+        templates = list(map(for_tchecker, templates))
     has_steps = bool(starting) or any(builder.takes_steps for builder in builders)
     queries = Queries(space, builders, has_steps)
     return Network(
         tuple(_remark(closed, space.pace)),
-        templates=tuple(laid_out(one) for one in templates) if draw else tuple(templates),
-        queries=tuple(queries.made()),
+        templates=tuple(lay_out(one) for one in templates) if draw else tuple(templates),
+        queries=tuple(queries.all_queries()),
         declarations=space.declarations(len(starting)),
     )
 
@@ -92,37 +93,37 @@ def _remark(closed: ClosedSystem, pace: Pace | None) -> list[str]:
         "through committed locations, so that no other machine moves meanwhile.",
     ]
     if pace is not None:
-        found.append(f"Nothing hurries by an urgent channel: time passes in {pace.instance}.later")
+        found.append(f"There is no urgent channel: time passes in {pace.instance}.later")
         found.append("only, which is entered where nothing waits and left with every step.")
     if closed.silent:
         found.append("Watchdogs are assumed never to fire.")
     if closed.samples:
-        found.append(f"Not every value from outside is tried: {', '.join(closed.samples)}.")
+        found.append(f"Not every external value is tried: {', '.join(closed.samples)}.")
     return found
 
 
-def _require_sayable(closed: ClosedSystem) -> None:
-    """Refuse what is not translated, with a place."""
+def _require_supported(closed: ClosedSystem) -> None:
+    """Reject unsupported features, each with its location."""
     schedule = closed.system.schedule
     if schedule is not None:
         way_out = "export it with `schedule: interleaved`"
-        raise refuse("a cyclic schedule is not translated", schedule.span, way_out)
+        raise unsupported("a cyclic schedule is not translated", schedule.span, way_out)
     for freezer in closed.system.freezers:
-        raise refuse(
+        raise unsupported(
             f"`freezes` is not translated: the node `{freezer.machine.name}` may freeze",
             freezer.machine.span,
             "export the system without `freezes`",
         )
     for chart in closed.charts:
         for invocation in chart.invocations:
-            raise refuse(
+            raise unsupported(
                 f"`{invocation.id}` is invoked by `{chart.name}`, which is not translated",
                 invocation.span,
                 "make it a machine of its own in a system",
             )
         for state in chart.states:
             if state.defer:
-                raise refuse(
+                raise unsupported(
                     f"`{state.id}` defers events, which is not translated",
                     state.span,
                     "keep them in data: a latch for each",
@@ -132,13 +133,13 @@ def _require_sayable(closed: ClosedSystem) -> None:
 def _require_start_order(
     closed: ClosedSystem, starts: list[tuple[Path, ...]], order: list[int]
 ) -> None:
-    """Refuse a start whose messages would come in another order than in the explorer."""
+    """Reject a start whose messages would arrive in another order than in the explorer."""
     receivers: set[int] = set()
     for machine, paths in zip(order, starts, strict=True):
         for path in paths:
-            posts = any(isinstance(entry, Posted) for entry in path.entries)
+            posts = any(isinstance(entry, QueuedEvent) for entry in path.entries)
             if posts and machine in receivers:
-                raise refuse(
+                raise unsupported(
                     f"`{closed.system.machines[machine].name}` sends itself an event while starting"
                     ", after others have sent it some",
                     closed.charts[machine].root.span,
@@ -152,7 +153,7 @@ def _require_start_order(
 
 
 def _flags(closed: ClosedSystem, automata: list[Automaton]) -> list[dict[int, str]]:
-    """Return, for each machine, the states with a variable: queries test them in many places."""
+    """Return, for each machine, the states with a variable: queries test them in many locations."""
     found: list[dict[int, str]] = [{} for _ in automata]
     tested: set[tuple[int, int]] = set()
     for property_ in closed.system.properties:

@@ -1,4 +1,4 @@
-"""A network as an XML file, elements in the order that UPPAAL's reader wants (UTAP, templ())."""
+"""Write a network as XML, with elements in the order of UPPAAL's parser (UTAP, templ())."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ WRITTEN = (Label.SELECT, Label.GUARD, Label.SYNC, Label.UPDATE, Label.COMMENT)
 
 @notating
 def write(network: Network) -> str:
-    """Return the text of a file."""
+    """Return the content of a file."""
     root = etree.Element("nta")
     lines = [
         *(f"// {one_line(line)}".rstrip() for line in network.remark),
@@ -54,7 +54,7 @@ def write(network: Network) -> str:
 
 
 def _queries(root: etree._Element, queries: Sequence[Query]) -> None:
-    """Write the queries; UPPAAL's reader takes neither an empty list nor an empty text."""
+    """Write the queries; UPPAAL's parser accepts neither an empty list nor an empty text."""
     found = etree.SubElement(root, "queries")
     for query in queries:
         one = etree.SubElement(found, "query")

@@ -29,7 +29,7 @@ from fsmkit.runtime.live.messages import AnyMessage, Json, Post, Set
 from fsmkit.runtime.live.steps import row_of_event
 from fsmkit.runtime.live.values import to_json
 from fsmkit.system.system import System
-from fsmkit.verify.replay import loaded
+from fsmkit.verify.replay import load_trace
 from fsmkit.verify.report.counterexample import Replay, ReplayError, TraceStep
 from fsmkit.verify.statespace.actions import Action, Message
 from fsmkit.verify.statespace.closed_system import ClosedSystem
@@ -70,7 +70,7 @@ def _unreadable(path: Path, why: str) -> FsmkitError:
 def recording_of(document: Mapping[str, Any]) -> Recording:
     """Return a saved trace, as `verify.testgen.save.document` makes it, performed again."""
     try:
-        system, closed, trail = loaded(document)
+        system, closed, trail = load_trace(document)
         why: list[Json] = ["property", str(document.get("property", ""))]
         lines = [tuple(step["lines"]) for step in document.get("steps", ())]
         return recording_of_trail(system, closed, trail, why, document.get("loop"), lines)

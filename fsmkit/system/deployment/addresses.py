@@ -87,8 +87,7 @@ def is_loopback(endpoint: str) -> bool:
 
     ``ipc`` and ``inproc`` are. For ``tcp``, an address of 127.0.0.0/8 in four numbers (RFC 1122,
     3.2.1.3), ``localhost`` (RFC 6761, 6.3) and ``[::1]`` are. A wildcard, an interface, another
-    name
-    and an address with a source count as remote.
+    name and an address with a source count as remote.
     """
     return _LOOPBACK.fullmatch(endpoint) is not None
 

@@ -17,8 +17,7 @@ LEAST_WATCHDOG, MOST_WATCHDOG = 4, 60_000
 def watchdog_of(node: Node | None, period: int | None, findings: Findings) -> int:
     """Return the milliseconds after its last cycle in which a hanging node stops sending.
 
-    ``period``: of the loops in microseconds. A watchdog accepts cycles up to half its time
-    apart.
+    ``period``: of the loops in microseconds. A watchdog accepts cycles up to half its time apart.
     """
     text = require_text(node, "`watchdog`", findings)
     if text is None:

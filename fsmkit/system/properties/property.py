@@ -80,9 +80,8 @@ class Kind:
 
     ``form``: the parts under its ``key``, several of them as a list. ``read`` reads another form
     from the name, the node of the property and a `PropertyContext`; it returns None after a
-    finding.
-    ``refuted`` is the text for a violated property. ``is_local``: in a chart, it is evaluated again
-    for each machine of a system that runs the chart.
+    finding. ``refuted`` is the text for a violated property. ``is_local``: in a chart, it is
+    evaluated again for each machine of a system that runs the chart.
     """
 
     key: str

@@ -1,5 +1,5 @@
-"""Campaigns: many checks, mutants, searches with seeds and comparisons, on as many processors.
+"""Campaigns: many checks, mutants, seeded searches and comparisons, on several processors.
 
-In: a file of runs. Each run becomes jobs, which are data; workers, of this machine or of a cluster,
-perform them; what came of each is kept as soon as it is known.
+A campaign file lists runs. Each run becomes jobs, which are plain data. Workers of this machine or
+of a cluster perform them, and each outcome is stored as soon as it is known.
 """

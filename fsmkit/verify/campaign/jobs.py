@@ -1,4 +1,4 @@
-"""Jobs: the units of a campaign, as data that travels to a worker, and what comes of them."""
+"""Jobs, the units of a campaign, and their outcomes: plain data that can be sent to a worker."""
 
 from __future__ import annotations
 
@@ -14,34 +14,36 @@ from typing import Any
 class Job:
     """One unit of work.
 
-    ``run``: its place in the file, from 0. ``kind``: check, mutants, swarm, differential or fuzz.
-    ``about``: a file, or what is compared. ``asked``: all else that it depends on, as data.
-    ``content``: what tells apart the texts that it reads.
+    ``run``: its index in the file, from 0. ``kind``: check, mutants, swarm, differential or fuzz.
+    ``about``: a file, or the compared target. ``parameters``: its other parameters, as data.
+    ``content``: a hash of the sources that it reads.
     """
 
     run: int
     kind: str
     about: str
-    asked: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     content: str = ""
 
     @property
     def key(self) -> str:
-        """What names it: a job with the same key has the same result."""
+        """The identity: jobs with the same key have the same result."""
         text = json.dumps({**asdict(self), "run": 0}, sort_keys=True)
         return f"{self.kind}-{hashlib.sha256(text.encode()).hexdigest()[:24]}"
 
     @property
     def label(self) -> str:
-        """What it does, for people."""
-        told = {name: value for name, value in self.asked.items() if name in SHOWN and value}
-        values = {**dict(told.pop("set", {})), **told}
+        """A description for people."""
+        results = {
+            name: value for name, value in self.parameters.items() if name in SHOWN and value
+        }
+        values = {**dict(results.pop("set", {})), **results}
         words = ", ".join(f"{name}={value}" for name, value in values.items())
         return f"{self.short} ({words})" if words else self.short
 
     @property
     def short(self) -> str:
-        """The name of its file, or what is compared."""
+        """The name of its file, or the compared target."""
         return Path(self.about).name
 
 
@@ -50,17 +52,17 @@ SHOWN = ("set", "seed", "first", "seconds")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a job.
+    """The outcome of a job.
 
-    ``verdict``: ``holds``, ``violated``, ``undecided``, or ``error`` where there is none.
-    ``told``: figures and what was found, as data. ``seconds``: that it took where it was done.
+    ``verdict``: ``holds``, ``violated``, ``undecided``, or ``error`` without a verdict.
+    ``results``: figures and findings, as data. ``seconds``: its duration on its worker.
     """
 
     key: str
     verdict: str
     why: str = ""
     seconds: float = 0.0
-    told: Mapping[str, Any] = field(default_factory=dict)
+    results: Mapping[str, Any] = field(default_factory=dict)
 
 
 VERDICTS = ("holds", "violated", "undecided", "error")

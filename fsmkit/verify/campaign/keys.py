@@ -1,4 +1,4 @@
-"""The keys of a campaign file: the reader and the JSON Schema go by them."""
+"""The keys of a campaign file, for the reader and the JSON Schema."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from fsmkit.document.keys import Keys, named
 CAMPAIGN = named(
     campaign="its name",
     doc="a description",
-    runs="a list of runs; each begins with what it does: check, mutants, swarm, differential, fuzz",
+    runs="a list of runs; the first key is the kind: check, mutants, swarm, differential, fuzz",
 )
 _EXPLORING = named(
     set="parameters by name; of a list, or a range such as 1..8, each value in turn",
-    property="the properties to evaluate, a name or a list; without it all",
+    property="the properties to evaluate, a name or a list (default: all)",
     time="zones, discrete or untimed",
     silent="whether watchdogs are assumed to be silent; needs untimed",
     engine="c or python; Python is quicker where a system is so small that compiling is most of it",
-    timeout="give up each check after that long, such as 60s",
-    memory="the most that each check uses, such as 2G",
+    timeout="stop each check after this much time, such as 60s",
+    memory="the memory limit of each check, such as 2G",
 )
 CHECK: Keys = {**named(check="systems or charts: a path, a pattern, or a list"), **_EXPLORING}
 MUTANTS: Keys = {
     **named(
         mutants="systems or charts whose mutants are evaluated: a path, a pattern, or a list",
-        count="how many changes of each are tried; without it all",
-        seed="of the order in which they are taken",
+        count="how many changes of each are tried (default: all)",
+        seed="seed of the order in which they are tried",
     ),
     **_EXPLORING,
 }
@@ -38,7 +38,7 @@ SWARM: Keys = {
 DIFFERENTIAL = named(
     charts="how many random charts are compared",
     seed="which of them",
-    targets="those that are compared with the interpreter; without it all",
+    targets="the targets to compare with the interpreter (default: all)",
 )
 FUZZ = named(
     target="what is fuzzed: yaml, scxml, expressions or records",
@@ -50,7 +50,7 @@ RUNS: dict[str, Keys] = {
     "mutants": MUTANTS,
     "swarm": SWARM,
     "differential": named(differential="random charts: interpreter and targets compared"),
-    "fuzz": named(fuzz="changed charts and texts through the front ends, led by coverage"),
+    "fuzz": named(fuzz="changed charts and texts through the front ends, guided by coverage"),
 }
 """By its first key, the keys of a run."""
 WITHIN: dict[str, Keys] = {"differential": DIFFERENTIAL, "fuzz": FUZZ}

@@ -1,4 +1,4 @@
-"""The outcomes of a campaign, kept as they arrive in a file from which another run continues."""
+"""Store the outcomes of a campaign in a file as they arrive; a later run continues from it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS}
 
 
 class Ledger:
-    """The outcomes in a folder, one per line; without a folder, nothing is kept.
+    """The outcomes in a folder, one per line; without a folder, nothing is stored.
 
-    A folder belongs to one campaign at a time: two would do each job twice.
+    A folder belongs to one campaign at a time, because two would do each job twice.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -66,7 +66,7 @@ class Ledger:
         return {outcome.key: outcome for outcome in _outcomes(lines)}
 
     def keep(self, outcome: Outcome) -> None:
-        """Add an outcome, which is on the disk when this returns; errors are tried again."""
+        """Append an outcome, which is on the disk when this returns; errors are tried again."""
         if self._path is None or outcome.verdict == "error":
             return
         line = json.dumps(asdict(outcome), ensure_ascii=True)

@@ -1,4 +1,4 @@
-"""Mutants as jobs: what became of each is kept in a ledger, and another run goes on from there."""
+"""Mutants as jobs: their fates are kept in a ledger, from which another run continues."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ VERDICTS = {
 
 @dataclass(frozen=True)
 class KeptMutants:
-    """Those of the first of some systems, evaluated by all of them.
+    """The mutants of the first of several systems, evaluated by all of them.
 
-    What is known of one counts as long as the texts of the systems, and how they are explored,
-    are the same.
+    A stored fate is valid as long as the sources of the systems and the exploration options are the
+    same.
     """
 
     ledger: Ledger
     known: Mapping[str, Outcome]
     subjects: Sequence[Subject]
-    asked: Mapping[str, Any]
+    parameters: Mapping[str, Any]
     content: str
 
     @staticmethod
@@ -46,9 +46,9 @@ class KeptMutants:
         options: ExplorationOptions,
         properties: frozenset[str],
     ) -> KeptMutants:
-        """Read the ledger of a folder; None: nothing is kept, and nothing known."""
+        """Open the ledger of a folder; None: nothing is stored, and nothing known."""
         ledger = Ledger(folder)
-        asked = {
+        parameters = {
             "time": options.time,
             "silent": options.assume_watchdogs_silent,
             "engine": options.engine,
@@ -59,15 +59,15 @@ class KeptMutants:
             "properties": sorted(properties),
             "set": [dict(subject.parameters) for subject in subjects],
         }
-        return KeptMutants(ledger, ledger.known(), subjects, asked, _content(subjects))
+        return KeptMutants(ledger, ledger.known(), subjects, parameters, _content(subjects))
 
     def recall(self, mutant: Mutant) -> Evaluated | None:
-        """Return what became of a mutant earlier."""
+        """Return the stored fate of a mutant; None if it is unknown."""
         outcome = self.known.get(self._job(mutant).key)
         return None if outcome is None else _read(outcome, mutant)
 
     def keep(self, one: Evaluated) -> None:
-        """Keep it; `FsmkitError` where that cannot be done. What failed is tried again."""
+        """Store a fate. Raises `FsmkitError` if that fails. Failed mutants are tried again."""
         verdict = "error" if one.failed else VERDICTS[one.fate]
         self.ledger.keep(Outcome(self._job(one.mutant).key, verdict, one.why, 0.0, {
             "mutant": f"{one.mutant.machine}, {one.mutant.operator}: {one.mutant.what}",
@@ -84,27 +84,27 @@ class KeptMutants:
         if mutant.place is not None and mutant.documents is not None:
             file = os.path.relpath(mutant.place.source.name, path.parent)
             change |= {"file": Path(file).as_posix(), "at": str(mutant.place.start)}
-        return Job(0, "mutants", path.name, {**self.asked, "change": change}, self.content)
+        return Job(0, "mutants", path.name, {**self.parameters, "change": change}, self.content)
 
 
 def _content(subjects: Sequence[Subject]) -> str:
-    """Return a hash of all texts of some systems."""
+    """Return a hash of the sources of some systems."""
     texts = [source.text for subject in subjects for source in sources_of(subject.system)]
     return hashlib.sha256("\0".join(texts).encode("utf-8", "replace")).hexdigest()[:16]
 
 
 def _read(outcome: Outcome, mutant: Mutant) -> Evaluated | None:
-    """Return what an outcome tells of a mutant; None where it was not written by `keep`."""
-    told = outcome.told
+    """Return the fate in an outcome; None if `keep` did not write the outcome."""
+    results = outcome.results
     try:
-        contrast = told["contrast"]
+        contrast = results["contrast"]
         return Evaluated(
             mutant,
-            Fate(told["fate"]),
-            tuple(told["by"]),
+            Fate(results["fate"]),
+            tuple(results["by"]),
             outcome.why,
-            told["states"],
-            tuple(told["systems"]),
+            results["states"],
+            tuple(results["systems"]),
             None if contrast is None else Contrast.read(contrast),
         )
     except (KeyError, TypeError, ValueError):

@@ -1,7 +1,7 @@
-"""Workers: of a cluster, by Dask, or processes of this machine.
+"""Workers of a campaign: those of a Dask cluster, or processes of this machine.
 
-A worker that dies loses nothing: its job goes to another one, and only a job during which workers
-died again and again is given up, with that as its outcome.
+A worker that dies loses nothing: its job goes to another one. Only a job during which workers died
+repeatedly is given up, with that as its outcome.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ def has_dask() -> bool:
     return find_spec("distributed") is not None
 
 
-def performed(jobs: Sequence[Job], scheduler: str | None, workers: int) -> Iterator[Outcome]:
-    """Yield the outcomes of all jobs as they come.
+def perform_jobs(jobs: Sequence[Job], scheduler: str | None, workers: int) -> Iterator[Outcome]:
+    """Yield the outcomes of all jobs as they arrive.
 
-    ``scheduler``: the address of one of Dask; None: workers of this machine, by Dask if that is
-    installed. ``workers``: how many (0: one for each core); with a scheduler it has its own.
+    ``scheduler``: the address of a Dask scheduler; None: workers of this machine, by Dask if that
+    is installed. ``workers``: how many (0: one for each core); a scheduler has its own.
     """
     if scheduler is not None and not has_dask():
         raise fail(
             "no-dask",
-            "Dask is not installed, which a scheduler is of",
+            "Dask is not installed, but `--scheduler` needs it",
             help="`pip install 'fsmkit[cluster]'`; without --scheduler the campaign runs here",
         )
     count = workers or os.cpu_count() or 1
@@ -106,9 +106,9 @@ def _outcome(future: object, job: Job) -> Outcome:
 
 
 def _by_processes(jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
-    """Without Dask: where one process dies, all of its pool end.
+    """Without Dask: if one process dies, its whole pool ends.
 
-    Then a few jobs are done by one process, so that it is known during which it died.
+    Then a few jobs run in one process each, so that the job that ended it is known.
     """
     left = {job.key: job for job in jobs}
     tries: dict[str, int] = dict.fromkeys(left, 0)

@@ -1,4 +1,4 @@
-"""Reads a campaign file: its runs, and from them the jobs."""
+"""Read a campaign file: its runs, and the jobs of each run."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PATTERN = frozenset("*?[")
 
 @dataclass(frozen=True, slots=True)
 class Campaign:
-    """A name and jobs, in the order of the file; ``runs``: what each run is called."""
+    """A name and jobs, in the order of the file; ``runs``: the label of each run."""
 
     name: str
     runs: tuple[str, ...]
@@ -41,7 +41,7 @@ class Campaign:
 
 
 def read_campaign(path: Path, findings: Findings) -> Campaign:
-    """Return the campaign of a file; `FsmkitError` with every finding where it has an error."""
+    """Return the campaign in a file. Raises `FsmkitError` with all findings after an error."""
     source = decode(read_bytes(path), str(path), findings)
     findings.stop_on_errors()
     root = None if source is None else nodes.read_nodes(source, findings)
@@ -54,7 +54,7 @@ def read_campaign(path: Path, findings: Findings) -> Campaign:
     name = fields.name("campaign")
     if name is None or "runs" not in fields:
         findings.add(
-            "broken-campaign", "this is no campaign", root.span,
+            "broken-campaign", "this is not a campaign", root.span,
             help="name it and its runs: `campaign: night` and `runs: [{check: cell.yaml}]`",
         )  # fmt: skip
         raise FsmkitError(findings)
@@ -77,7 +77,7 @@ def read_campaign(path: Path, findings: Findings) -> Campaign:
 
 @dataclass(frozen=True)
 class _Reader:
-    """Reads runs; files are named from ``folder`` on."""
+    """Reads runs; paths of files are relative to ``folder``."""
 
     folder: Path
     findings: Findings
@@ -90,64 +90,66 @@ class _Reader:
         kinds = [key for key, _ in mapping.entries if key.value in RUNS]
         if len(kinds) != 1:
             self._wrong(
-                "a run does one thing" if kinds else "this run does nothing that there is",
-                node, f"begin it with one of {', '.join(RUNS)}",
+                "a run does one thing" if kinds else "this kind of run does not exist",
+                node, f"its first key must be one of {', '.join(RUNS)}",
             )  # fmt: skip
             return "", []
         kind = kinds[0].value
         fields = Fields(mapping, RUNS[kind], f"a run of `{kind}`", self.findings)
         if kind in WITHIN:
             return kind, list(self._tool(number, kind, kinds[0], fields.node(kind)))
-        asked = self._asked(kind, fields)
+        parameters = self._parameters(kind, fields)
         files = list(self._files(fields.node(kind), kind))
         families = list(self._families(fields.node("set")))
         jobs: list[Job] = []
         for file in files:
             content = self._content(file)
             for family in families:
-                jobs += self._of(number, kind, file, {**asked, "set": family}, content)
+                jobs += self._of(number, kind, file, {**parameters, "set": family}, content)
         return kind, jobs
 
     def _of(
-        self, number: int, kind: str, file: Path, asked: dict[str, Any], content: str
+        self, number: int, kind: str, file: Path, parameters: dict[str, Any], content: str
     ) -> Iterator[Job]:
-        seeds = asked.pop("seeds", None)
-        count = asked.pop("count", None)
+        seeds = parameters.pop("seeds", None)
+        count = parameters.pop("count", None)
         if kind == "swarm":
             for seed in seeds or range(1, 9):
-                yield Job(number, kind, str(file), {**asked, "seed": seed}, content)
+                yield Job(number, kind, str(file), {**parameters, "seed": seed}, content)
         elif kind == "mutants":
-            total = self._changes(file, asked)
+            total = self._changes(file, parameters)
             for first in range(0, min(total, count or total), MUTANTS_AT_ONCE):
                 last = min(first + MUTANTS_AT_ONCE, count or total)
-                yield Job(number, kind, str(file), {**asked, "first": first, "last": last}, content)
+                yield Job(
+                    number, kind, str(file), {**parameters, "first": first, "last": last}, content
+                )
         else:
-            yield Job(number, kind, str(file), asked, content)
+            yield Job(number, kind, str(file), parameters, content)
 
-    def _changes(self, file: Path, asked: dict[str, Any]) -> int:
-        """Return how many changes a file has; its findings are ours where it cannot be read."""
+    def _changes(self, file: Path, parameters: dict[str, Any]) -> int:
+        """Return the number of changes of a file; report its findings if it cannot be read."""
         try:
-            subject = Subject.read(file, Findings(), parameters=asked["set"])
-            return len(subject.mutants(subject.documents(), asked["seed"]))
+            subject = Subject.read(file, Findings(), parameters=parameters["set"])
+            return len(subject.mutants(subject.documents(), parameters["seed"]))
         except FsmkitError as error:
             self.findings.extend(error.diagnostics)
             return 0
 
     def _content(self, file: Path) -> str:
-        """Return a hash of all texts of a system, as far as it can be read without parameters."""
+        """Return a hash of the sources of a system, as far as it is readable without parameters."""
         try:
             texts = [s.text for s in sources_of(load_any(file, Findings(), None))]
         except FsmkitError:
             texts = [read_bytes(file).decode("utf-8", "replace")]
         return hashlib.sha256("\0".join(texts).encode("utf-8", "replace")).hexdigest()[:16]
 
-    # --- what is asked ---------------------------------------------------------------------------
+    # --- parameters of a run ---------------------------------------------------------------------
 
-    def _asked(self, kind: str, fields: Fields) -> dict[str, Any]:
+    def _parameters(self, kind: str, fields: Fields) -> dict[str, Any]:
         f = fields
         node = f.node("property")
         names = f.texts("property") if isinstance(node, nodes.Sequence) else (f.text("property"),)
-        asked: dict[str, Any] = {
+        parameters: dict[str, Any] = {
             "properties": [name.value for name in names if name is not None],
             "time": f.one_of("time", {time: time for time in TIMES}),
             "silent": f.flag("silent"),
@@ -155,20 +157,23 @@ class _Reader:
             "timeout": self._quantity(f, "timeout", seconds_of, "60s") or 0.0,
             "memory": self._quantity(f, "memory", size_of, "2G") or 4 << 30,
         }
-        if asked["silent"] and asked["time"] != "untimed":
+        if parameters["silent"] and parameters["time"] != "untimed":
             self.findings.add("broken-campaign", "`silent` needs `time: untimed`", f.keys["silent"])
         if kind == "mutants":
-            asked |= {"count": self._number(f, "count", 1), "seed": self._number(f, "seed", 0) or 0}
+            parameters |= {
+                "count": self._number(f, "count", 1),
+                "seed": self._number(f, "seed", 0) or 0,
+            }
         if kind == "swarm":
-            asked["storage"] = f.one_of("storage", {name: name for name in LOSSY})
-            asked["seeds"] = list(self._seeds(f.node("seeds")))
-        return asked
+            parameters["storage"] = f.one_of("storage", {name: name for name in LOSSY})
+            parameters["seeds"] = list(self._seeds(f.node("seeds")))
+        return parameters
 
     def _quantity(self, fields: Fields, key: str, read: Any, example: str) -> Any:
         text = fields.text(key)
         found = None if text is None else read(text.value)
         if text is not None and found is None:
-            self._value(text, key, f"write such as `{example}`")
+            self._value(text, key, f"write for instance `{example}`")
         return found
 
     def _number(self, fields: Fields, key: str, least: int) -> int | None:
@@ -210,7 +215,7 @@ class _Reader:
             total *= len(values[-1])
         if total > MOST:
             assert node is not None  # noqa: S101  (it has values)
-            self._wrong(f"`set` has {total:,} combinations", node, f"{MOST:,} are the most")
+            self._wrong(f"`set` has {total:,} combinations", node, f"the maximum is {MOST:,}")
             return
         for combination in product(*values):
             yield dict(zip(names, combination, strict=True))
@@ -238,7 +243,7 @@ class _Reader:
             if not found:
                 self.findings.add(
                     "unreadable-file", f"there is no file `{text.value}`", text,
-                    help=f"paths and patterns begin in `{self.folder}`",
+                    help=f"paths and patterns are relative to `{self.folder}`",
                 )  # fmt: skip
             yield from found
 
@@ -251,14 +256,14 @@ class _Reader:
         except (OSError, ValueError, NotImplementedError):  # no path at all, or an absolute pattern
             return []
 
-    # --- what is compared: only where fsmkit is developed ------------------------------------
+    # --- comparisons, available only where fsmkit is developed ---------------------------------
 
     def _tool(self, number: int, kind: str, at: Text, node: nodes.Node | None) -> Iterator[Job]:
         mapping = nodes.require_mapping(node, f"`{kind}`", self.findings)
         if not is_checkout():
             self.findings.add(
                 "broken-campaign",
-                f"`{kind}` is of the project fsmkit itself, and not installed with it", at,
+                f"`{kind}` belongs to the development tools of fsmkit, which are not installed", at,
                 help="run the campaign in a clone of its repository, or remove this run",
             )  # fmt: skip
         if mapping is None:
@@ -274,8 +279,8 @@ class _Reader:
         targets = fields.prose("targets")
         for first in range(0, charts, CHARTS_AT_ONCE):
             count = min(CHARTS_AT_ONCE, charts - first)
-            asked = {"seed": seed, "first": first, "charts": count, "targets": targets}
-            yield Job(number, kind, "random charts", asked)
+            parameters = {"seed": seed, "first": first, "charts": count, "targets": targets}
+            yield Job(number, kind, "random charts", parameters)
 
     def _value(self, text: Text, key: str, advice: str) -> None:
         message = f"`{key}` cannot be `{text.value}`"
@@ -286,7 +291,7 @@ class _Reader:
 
 
 def is_checkout() -> bool:
-    """Return whether the tools of the project are there, which are not installed with fsmkit."""
+    """Return whether the development tools are present, which are not installed with fsmkit."""
     return find_spec("devtools") is not None and find_spec("devtools.differential") is not None
 
 

@@ -1,4 +1,4 @@
-"""A campaign for people, as rich text, and as data."""
+"""Format a campaign as rich text, and as data."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ MOST = 40
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
-    """A campaign and its outcomes, by the keys of its jobs; what is missing was not done."""
+class CampaignResult:
+    """A campaign and its outcomes, by the keys of its jobs; a job without one was not done."""
 
     campaign: Campaign
     outcomes: Mapping[str, Outcome]
@@ -35,7 +35,7 @@ class Done:
 
     @property
     def verdict(self) -> str:
-        """The worst of all."""
+        """The worst verdict of all jobs."""
         verdicts = {self.verdict_of(job) for job in self.campaign.jobs}
         for worst in ("error", "violated", "undecided"):
             if worst in verdicts:
@@ -43,19 +43,19 @@ class Done:
         return "undecided" if "" in verdicts else "holds"
 
 
-def summary(done: Done) -> RenderableType:
-    """Return a line for each run, before it what did not go well, after it how much was done."""
+def summary(done: CampaignResult) -> RenderableType:
+    """Return the jobs that did not succeed, a line for each run, and the total."""
     parts: list[RenderableType] = [*_bad(done), runs(done)]
     outcomes = [done.outcomes[j.key] for j in done.campaign.jobs if j.key in done.outcomes]
-    states = sum(outcome.told.get("states", 0) for outcome in outcomes)
+    states = sum(outcome.results.get("states", 0) for outcome in outcomes)
     seconds = sum(outcome.seconds for outcome in outcomes)
     missing = len(done.campaign.jobs) - len(outcomes)
-    told = f"{len(outcomes):,} jobs, {states:,} states, {seconds:,.1f} s of work"
-    parts.append(Text(told + (f"; {missing:,} not done" if missing else ""), "dim"))
+    results = f"{len(outcomes):,} jobs, {states:,} states, {seconds:,.1f} s of work"
+    parts.append(Text(results + (f"; {missing:,} not done" if missing else ""), "dim"))
     return Group(*parts)
 
 
-def _bad(done: Done) -> Iterator[Text]:
+def _bad(done: CampaignResult) -> Iterator[Text]:
     bad = [job for job in done.campaign.jobs if done.verdict_of(job) not in ("", "holds")]
     for job in bad[:MOST]:
         outcome = done.outcomes[job.key]
@@ -69,13 +69,13 @@ def _bad(done: Done) -> Iterator[Text]:
 
 
 def _reason(outcome: Outcome) -> str:
-    names = outcome.told.get("violated") or outcome.told.get("survivors") or ()
-    names = names or outcome.told.get("divergences") or outcome.told.get("undecided") or ()
+    names = outcome.results.get("violated") or outcome.results.get("survivors") or ()
+    names = names or outcome.results.get("divergences") or outcome.results.get("undecided") or ()
     return "; ".join([*map(str, names), *([outcome.why] if outcome.why else [])])
 
 
-def runs(done: Done) -> Table:
-    """Return a line for each run: its jobs by verdict, and what it took."""
+def runs(done: CampaignResult) -> Table:
+    """Return a line for each run: its jobs by verdict, and its cost."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("run")
     for heading in ("jobs", *VERDICTS, "states", "s"):
@@ -86,7 +86,7 @@ def runs(done: Done) -> Table:
         files = list(dict.fromkeys(job.short for job in jobs))
         what = files[0] if len(files) == 1 else f"{len(files)} files"
         counts = [sum(one.verdict == verdict for one in found) for verdict in VERDICTS]
-        states = sum(one.told.get("states", 0) for one in found)
+        states = sum(one.results.get("states", 0) for one in found)
         table.add_row(
             Text(one_line(f"{kind} {what}")), f"{len(jobs):,}", *(f"{n:,}" for n in counts),
             f"{states:,}", f"{sum(one.seconds for one in found):,.1f}",
@@ -94,7 +94,7 @@ def runs(done: Done) -> Table:
     return table
 
 
-def document(done: Done) -> Mapping[str, object]:
+def document(done: CampaignResult) -> Mapping[str, object]:
     """Return a campaign as data."""
     return {
         "campaign": done.campaign.name,
@@ -105,11 +105,18 @@ def document(done: Done) -> Mapping[str, object]:
     }
 
 
-def _job(done: Done, job: Job) -> Mapping[str, object]:
-    told: dict[str, object] = {"run": job.run, "kind": job.kind, "about": job.about}
-    told |= {name: value for name, value in job.asked.items() if value not in ("", [], {}, 0.0)}
+def _job(done: CampaignResult, job: Job) -> Mapping[str, object]:
+    results: dict[str, object] = {"run": job.run, "kind": job.kind, "about": job.about}
+    results |= {
+        name: value for name, value in job.parameters.items() if value not in ("", [], {}, 0.0)
+    }
     outcome = done.outcomes.get(job.key)
     if outcome is None:
-        return told | {"verdict": None}
+        return results | {"verdict": None}
     reason = {"reason": outcome.why} if outcome.why else {}
-    return told | {"verdict": outcome.verdict, "seconds": outcome.seconds, **reason, **outcome.told}
+    return results | {
+        "verdict": outcome.verdict,
+        "seconds": outcome.seconds,
+        **reason,
+        **outcome.results,
+    }

@@ -1,4 +1,4 @@
-"""What a worker does: one job, in this process and in programs that it starts."""
+"""Perform one job of a campaign, in this process and in programs that it starts."""
 
 from __future__ import annotations
 
@@ -26,82 +26,84 @@ Found = tuple[str, str, Mapping[str, Any]]
 
 
 def perform(job: Job) -> Outcome:
-    """Return what comes of a job; whatever is wrong with it is its outcome, too."""
+    """Return the outcome of a job; errors are outcomes, too."""
     began = time.monotonic()
     try:
-        verdict, why, told = WORK[job.kind](job)
+        verdict, why, results = WORK[job.kind](job)
     except FsmkitError as error:
-        verdict, why, told = "error", next(iter(error.diagnostics)).message, {}
+        verdict, why, results = "error", next(iter(error.diagnostics)).message, {}
     except Exception as error:  # noqa: BLE001  (one job that fails must not end the others)
-        verdict, why, told = "error", f"{type(error).__name__}: {error}", {}
-    return Outcome(job.key, verdict, why, round(time.monotonic() - began, 3), told)
+        verdict, why, results = "error", f"{type(error).__name__}: {error}", {}
+    return Outcome(job.key, verdict, why, round(time.monotonic() - began, 3), results)
 
 
 def _options(job: Job) -> ExplorationOptions:
-    asked = job.asked
+    parameters = job.parameters
     return ExplorationOptions(
-        asked["engine"] if asked["engine"] != "c" else "",
-        time=asked["time"],
-        assume_watchdogs_silent=asked["silent"],
-        memory=asked["memory"],
-        timeout=asked["timeout"],
-        storage=Storage(asked.get("storage", Storage.EXACT.value)),
-        seed=asked.get("seed", 0),
+        parameters["engine"] if parameters["engine"] != "c" else "",
+        time=parameters["time"],
+        assume_watchdogs_silent=parameters["silent"],
+        memory=parameters["memory"],
+        timeout=parameters["timeout"],
+        storage=Storage(parameters.get("storage", Storage.EXACT.value)),
+        seed=parameters.get("seed", 0),
     )
 
 
 def _check(job: Job) -> Found:
-    """Explore a system once; a search of a swarm that finds nothing is undecided, as it must be."""
+    """Explore a system once; a swarm's search without a violation is always undecided."""
     _, report = check_file(
         Path(job.about),
         Findings(),
-        parameters=job.asked["set"],
+        parameters=job.parameters["set"],
         options=_options(job),
-        properties=frozenset(job.asked["properties"]),
+        properties=frozenset(job.parameters["properties"]),
     )
     by: dict[Verdict, list[str]] = {}
     for result in report.results:
         by.setdefault(result.verdict, []).append(result.name)
     found = report.exploration
-    told = {
+    results = {
         "states": found.states,
         "transitions": found.transitions,
         "violated": by.get(Verdict.VIOLATED, []),
         "undecided": by.get(Verdict.UNDECIDED, []),
     }
     reasons = {r.reason for r in report.results if r.verdict is Verdict.UNDECIDED and r.reason}
-    return report.verdict.value, min(reasons, default=""), told
+    return report.verdict.value, min(reasons, default=""), results
 
 
 def _mutants(job: Job) -> Found:
-    asked = job.asked
+    parameters = job.parameters
     found = evaluate_mutants(
-        Subject.read(Path(job.about), Findings(), parameters=asked["set"]),
+        Subject.read(Path(job.about), Findings(), parameters=parameters["set"]),
         _options(job),
-        seed=asked["seed"],
-        part=slice(asked["first"], asked["last"]),
-        properties=frozenset(asked["properties"]),
-        deadline=Deadline(asked["timeout"]),
+        seed=parameters["seed"],
+        part=slice(parameters["first"], parameters["last"]),
+        properties=frozenset(parameters["properties"]),
+        deadline=Deadline(parameters["timeout"]),
     )
     counts = {fate.value: sum(each.fate is fate for each in found.evaluated) for fate in Fate}
-    told: dict[str, Any] = {**counts, "same": found.same, "broken": found.broken}
-    told["survivors"] = [
+    results: dict[str, Any] = {**counts, "same": found.same, "broken": found.broken}
+    results["survivors"] = [
         f"{each.mutant.machine}, {each.mutant.operator}: {each.mutant.what}"
         for each in found.survivors
     ]
     if found.survivors:
-        return "violated", "", told
+        return "violated", "", results
     undecided = found.ended or counts[Fate.UNDECIDED.value]
-    return ("undecided" if undecided else "holds"), found.ended, told
+    return ("undecided" if undecided else "holds"), found.ended, results
 
 
 def _differential(job: Job) -> Found:
-    """Compare random charts, with the tool of the project that does so."""
+    """Compare random charts, with the development tool for that."""
     tool = import_module("devtools.differential")
-    asked = job.asked
-    numbers = range(asked["first"], asked["first"] + asked["charts"])
-    totals = tool.run_batch(asked["seed"], numbers, tool.target_names(asked["targets"] or None))
-    told = {
+    parameters = job.parameters
+    numbers = range(parameters["first"], parameters["first"] + parameters["charts"])
+    totals = tool.run_batch(
+        parameters["seed"], numbers, tool.target_names(parameters["targets"] or None)
+    )
+    results = {
         "charts": totals.charts,
         "macrosteps": totals.macrosteps,
         "refused": totals.refused,
@@ -110,7 +112,7 @@ def _differential(job: Job) -> Found:
             for name, each in totals.divergences
         ],
     }
-    return ("violated" if totals.divergences else "holds"), "", told
+    return ("violated" if totals.divergences else "holds"), "", results
 
 
 def _fuzz(job: Job) -> Found:
@@ -121,10 +123,10 @@ def _fuzz(job: Job) -> Found:
     folder = Path(str(devtools)).parent
     artifacts = Path("build/fuzz")
     (artifacts / job.about).mkdir(parents=True, exist_ok=True)
-    asked = job.asked
+    seed, seconds = job.parameters["seed"], job.parameters["seconds"]
     done = subprocess.run(
-        [sys.executable, str(folder / "fuzz" / f"fuzz_{job.about}.py"), f"-seed={asked['seed']}",
-         f"-max_total_time={asked['seconds']}", "-timeout=30", "-rss_limit_mb=1024",
+        [sys.executable, str(folder / "fuzz" / f"fuzz_{job.about}.py"), f"-seed={seed}",
+         f"-max_total_time={seconds}", "-timeout=30", "-rss_limit_mb=1024",
          "-max_len=8192", "-len_control=0", f"-artifact_prefix={artifacts / job.about}-",
          str(artifacts / job.about)],
         capture_output=True, text=True, check=False, errors="replace",

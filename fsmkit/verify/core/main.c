@@ -17,7 +17,7 @@
 #include "slots/slots.h"
 #include "store/room.h"
 #include "system/system_model.h"
-#include "ways/limits.h"
+#include "paths/limits.h"
 #include "zones/timed_main.h"
 #ifdef FSM_MPI
 #include "mpi/ranks.h"
@@ -59,7 +59,7 @@ typedef struct {
     bool symbolic;     /* states are kept as a diagram */
     bool takes_turns;  /* with a diagram, once there are `many` states */
     uint64_t many;     /* UINT64_MAX: as is best */
-    fsm_diagram_options diagram; /* what else is asked for then */
+    fsm_diagram_options diagram; /* further options then */
     bool any;          /* the first of the marks of `until` ends it */
     const char *temporal[2 * MOST_TEMPORAL]; /* options and what follows them, in pairs */
     uint32_t temporal_count;
@@ -109,9 +109,9 @@ typedef struct {
     size_t count, room;
     uint32_t shown[MOST_TRAPS], traps;
     bool failed;
-} wanted;
+} requested;
 
-static void want(wanted *self, fsm_state state, uint32_t group)
+static void want(requested *self, fsm_state state, uint32_t group)
 {
     if (FSM_HAS_ROOM(self->items, self->count, self->room, 64))
         self->items[self->count++] = (fsm_target){state, group};
@@ -121,7 +121,7 @@ static void want(wanted *self, fsm_state state, uint32_t group)
 
 static void want_trap(void *context, const fsm_state *states, size_t count)
 {
-    wanted *self = context;
+    requested *self = context;
     const fsm_model *model = self->search->model;
     uint32_t shown = model->configuration(model->self, states[0]), trap = 0;
     while (trap < self->traps && self->shown[trap] != shown)
@@ -176,7 +176,7 @@ static void print_numbers(const char *name, const fsm_path *path)
 }
 
 typedef struct {
-    bool known, begun;
+    bool known, started;
     uint32_t greatest;
     fsm_lasso lasso;
 } temporal;
@@ -198,14 +198,14 @@ static temporal decide(fsm_search *search, const options *o, const char *option,
     if (strcmp(option, "--within") == 0) {
         fsm_delay delay;
         found.known = fsm_find_delay(search, first, second, third, &delay);
-        found.begun = delay.begun;
+        found.started = delay.started;
         found.greatest = delay.greatest;
         found.lasso = delay.late;
         return found;
     }
     found.known = strcmp(option, "--recoverable") == 0
         ? fsm_find_unrecoverable(search, first, &found.lasso)
-        : fsm_find_unanswered(search, first, second, o->timeless, &found.lasso);
+        : fsm_find_violations(search, first, second, o->timeless, &found.lasso);
     return found;
 }
 
@@ -224,7 +224,7 @@ static void print_temporal(temporal *found, uint32_t count)
     for (uint32_t i = 0; found != NULL && i < count; i++) {
         printf("%s{\"known\": %s, \"violated\": %s, ", i == 0 ? "" : ", ", found[i].known ? "true" : "false",
                found[i].lasso.violated ? "true" : "false");
-        if (found[i].begun && found[i].greatest != FSM_FOREVER)
+        if (found[i].started && found[i].greatest != FSM_FOREVER)
             printf("\"greatest\": %" PRIu32 ", ", found[i].greatest);
         print_numbers("path", &found[i].lasso.path);
         printf(", ");
@@ -351,7 +351,7 @@ static int explore(fsm_composition *composition, options *o)
     }
     temporal *answers = decide_all(&search, o);
     fsm_cycle cycle = {.state = FSM_NO_STATE};
-    wanted found = {.search = &search};
+    requested found = {.search = &search};
     bool whole = has_whole_graph(&search);
     bool livelock_known = o->livelock && whole && fsm_find_livelock(&search, &cycle);
     bool traps_known = o->traps && whole && fsm_find_traps(&search, want_trap, &found) && !found.failed;
@@ -451,7 +451,7 @@ static int run_timed(fsm_composition *composition, options *o, const char *path,
 int main(int argc, char **argv)
 {
     options o = {.memory = (size_t)1 << 32, .cores = 1, .many = UINT64_MAX, .save_every = UINT32_MAX, .identity = "", .pace = {.interrupted = is_interrupted}};
-    fsm_pace_begin(&o.pace);
+    fsm_pace_start(&o.pace);
     const char *path = NULL, *watch = NULL;
     for (int i = 1; i < argc; i++) {
         bool more = i + 1 < argc;

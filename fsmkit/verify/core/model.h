@@ -1,12 +1,12 @@
-/* model.h: all that the search knows about a model.
+/* model.h: the interface between a model and the search.
  *
  * A state is a pair of numbers, its left half in the upper 32 bits and its right half in the lower
- * ones; what they stand for is the model's own. Marks are facts of interest, numbered from 0: some
+ * ones; their meaning is private to the model. Marks are facts of interest, numbered from 0: some
  * are evaluated at states (a property is violated), some at steps (an event was not answered). They come
  * in sets, numbered too; set 0 is empty.
  *
- * Several threads may ask for successors, marks and sets of marks at once, and what was told stays true. All else
- * is asked by one thread alone. */
+ * Several threads may request successors, marks and sets of marks at once, and results stay valid. The other functions
+ * are called by one thread only. */
 #ifndef FSM_MODEL_H
 #define FSM_MODEL_H
 
@@ -46,8 +46,8 @@ typedef uint16_t fsm_footprint_number;
 typedef struct {
     fsm_state to;
     uint32_t marks;   /* set of marks */
-    uint32_t ordinal; /* among all steps of the state, also those that are left out */
-    uint32_t sent;    /* for `finish`: what the other half gets of it; 0: nothing */
+    uint32_t ordinal; /* among all steps of the state, skipped ones included */
+    uint32_t sent;    /* for `finish`: the message to the other half; 0: nothing */
     fsm_footprint_number footprint;
     unsigned char kind; /* an fsm_kind */
     bool of_left;       /* for `finish`: it is a step of the left half */
@@ -57,10 +57,10 @@ typedef struct {
 typedef struct {
     fsm_step *items;
     size_t count, room;
-    bool deadlock; /* nothing can happen, and that is not meant: mark 0 of the state */
-    uint32_t thread; /* number of the one that asks; each asks with steps of its own */
-    /* Asked for the steps of a state that a breadth-first search found first by a step with this footprint: steps that
-     * lead nowhere new then, and have no marks that it has not seen, are left out. 0: none are. */
+    bool deadlock; /* nothing can happen in a state that is not at rest: mark 0 of the state */
+    uint32_t thread; /* number of the calling thread; each has steps of its own */
+    /* The footprint of the step by which a breadth-first search found this state: steps that
+     * then lead nowhere new, and have no new marks, are skipped. 0: none is skipped. */
     fsm_footprint_number found_by;
     uint32_t left_out;
     bool left_out_internal; /* some of them are internal */
@@ -111,8 +111,8 @@ typedef struct {
     bool (*initial)(void *self, fsm_steps *steps);
     bool (*successors)(void *self, fsm_state state, fsm_steps *steps);
 
-    /* What `successors` left to be done because memory is being fetched for it; until then only the number of the steps
-     * is right. Other states may be asked for meanwhile. NULL: nothing is left. */
+    /* Completes `successors` after memory was fetched for it; until then only the number of the
+     * steps is valid. Other states may be requested meanwhile. NULL: nothing is left. */
     bool (*finish)(void *self, fsm_state state, fsm_steps *steps);
 
     /* Fetches what the steps of a state will need of memory, a state a few places on in a layer: first what
@@ -124,7 +124,7 @@ typedef struct {
     uint32_t (*marks)(void *self, fsm_state state);
     const uint32_t *(*mark_set)(void *self, uint32_t set, uint32_t *count);
 
-    /* For traps: a number for what is visible of the state, and whether to stay there is meant. */
+    /* For traps: a number for the visible configuration, and whether the machine may rest there. */
     uint32_t (*configuration)(void *self, fsm_state state);
     bool (*at_rest)(void *self, fsm_state state);
 

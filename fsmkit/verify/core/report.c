@@ -77,13 +77,13 @@ double fsm_seconds(void)
     return (double)at.tv_sec + (double)at.tv_nsec / 1e9;
 }
 
-void fsm_pace_begin(fsm_pace *self)
+void fsm_pace_start(fsm_pace *self)
 {
     self->started = self->last_shown = fsm_seconds();
     self->parent = getppid();
 }
 
-fsm_outcome fsm_pace_ask(fsm_pace *self, fsm_progress progress)
+fsm_outcome fsm_pace_check(fsm_pace *self, fsm_progress progress)
 {
     double now = fsm_seconds();
     if (self->progress && now - self->last_shown >= FSM_PROGRESS_EVERY) {
@@ -102,7 +102,7 @@ bool fsm_keep_pace(fsm_search *search)
     fsm_pace *pace = search->context;
     const fsm_progress progress = {pace->counted != NULL ? *pace->counted : search->passed.count, search->transitions,
                                    search->depth, fsm_search_bytes(search)};
-    fsm_outcome why = fsm_pace_ask(pace, progress);
+    fsm_outcome why = fsm_pace_check(pace, progress);
     if (why != FSM_COMPLETE)
         search->outcome = why;
     return search->outcome == FSM_COMPLETE;

@@ -5,16 +5,16 @@
 #include "search/search.h"
 #include "system/system.h"
 
-enum { FSM_NO_MEMORY = 3 }; /* the exit code where there is none even to begin with */
+enum { FSM_NO_MEMORY = 3 }; /* the exit code if there is not enough memory to start */
 
 const char *fsm_outcome_name(fsm_outcome outcome);
 
-/* Begins each line of the explorer's own among those of the machines, which cannot hold it. */
+/* The first character of each line of the explorer's own; lines of machines cannot contain it. */
 #define FSM_MARK 0
 
 const char *fsm_action_name(fsm_action action);
 
-/* What ends a search before its end, and whether it tells how far it has come. All seconds are of the wall. */
+/* The limits of a search, and whether it reports progress. All seconds are of the wall. */
 typedef struct {
     bool (*interrupted)(void);
     double timeout;  /* seconds; 0: none */
@@ -23,10 +23,11 @@ typedef struct {
     double started, last_shown;
     double noticed;  /* when the search for paths noticed an interrupt; 0: not yet */
     long parent;     /* who reads the result: nobody, once this is an orphan */
-    const uint32_t *counted; /* what is told as states where those of the model are zones; NULL: those of the model */
+    const uint32_t *counted; /* the number reported as states, if those of the model are zones;
+                              * NULL: those of the model */
 } fsm_pace;
 
-void fsm_pace_begin(fsm_pace *self);
+void fsm_pace_start(fsm_pace *self);
 
 /* Seconds, since some moment. */
 double fsm_seconds(void);
@@ -37,9 +38,8 @@ typedef struct {
     size_t bytes;
 } fsm_progress;
 
-/* Asked now and then: shows how far it is, and returns why to stop, or FSM_COMPLETE. Progress goes to the standard
- * error, the result to the standard output: one never stands within the other. */
-fsm_outcome fsm_pace_ask(fsm_pace *self, fsm_progress progress);
+/* Called now and then: shows progress, and returns why to stop, or FSM_COMPLETE. */
+fsm_outcome fsm_pace_check(fsm_pace *self, fsm_progress progress);
 
 /* For `keep_on` of a search whose context is a pace. */
 bool fsm_keep_pace(fsm_search *search);

@@ -1,1 +1,1 @@
-"""Engines: a ClosedSystem in, an Exploration out; the same from each, state by state."""
+"""Engines: a ClosedSystem in, an Exploration out; all engines agree, state by state."""

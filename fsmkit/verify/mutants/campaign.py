@@ -1,4 +1,4 @@
-"""Mutants of systems, evaluated one after the other: found, equivalent, surviving, or undecided."""
+"""Evaluate the mutants of systems one after the other."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.system.system import System
 from fsmkit.verify.explore import ExplorationOptions
-from fsmkit.verify.mutants.evaluation import Evaluator, evaluated_in
+from fsmkit.verify.mutants.evaluation import Evaluator, evaluate
 from fsmkit.verify.mutants.fates import Evaluated, Fate
 from fsmkit.verify.mutants.operators import Documents
 from fsmkit.verify.mutants.subject import Mutant, Subject
@@ -22,11 +22,11 @@ from fsmkit.verify.resources.deadline import Deadline, TimeUp
 
 @dataclass(frozen=True)
 class Campaign:
-    """What came of all mutants.
+    """The fates of all mutants.
 
-    ``possible``: how many changes there are, those included that mean nothing; ``same`` of those
-    tried mean the same as the original or as another mutant, ``broken`` cannot be elaborated, and
-    neither are among the ``evaluated``. ``left``: changes that were not tried.
+    ``possible``: the number of changes, those without effect included. ``same`` of those tried are
+    equal to the original or to another mutant, and ``broken`` cannot be elaborated; neither are
+    among the ``evaluated``. ``left``: changes that were not tried.
     """
 
     subject: Subject
@@ -50,12 +50,12 @@ class Campaign:
 
     @property
     def survivors(self) -> tuple[Evaluated, ...]:
-        """The mutants that no property finds."""
+        """The mutants that no property detects."""
         return tuple(each for each in self.evaluated if each.fate is Fate.SURVIVING)
 
 
 def score(evaluated: tuple[Evaluated, ...]) -> float | None:
-    """Return the share of mutants that were found, of those that can be; None if there is none."""
+    """Return the share of detected mutants among the detectable ones; None without any."""
     found = sum(each.fate is Fate.FOUND for each in evaluated)
     surviving = sum(each.fate is Fate.SURVIVING for each in evaluated)
     return found / (found + surviving) if found + surviving else None
@@ -84,25 +84,25 @@ def evaluate_mutants(
     recall: Callable[[Mutant], Evaluated | None] = nothing_known,
     tell: Callable[[Evaluated], None] | None = None,
 ) -> Campaign:
-    """Seed mistakes and return, of each, whether a property finds it.
+    """Change a system in one location each, and return whether a property detects the change.
 
     Args:
         subject: The system, or chart, whose mutants are evaluated.
         options: How to explore it and each mutant.
-        others: Systems with the same charts: a mutant that no property of the first finds is
-            evaluated there, too, as far as it can be.
-        count: How many mutants to evaluate (0: all there are).
-        seed: Of the order in which they are taken.
-        part: The changes to be tried, of that order.
-        properties: The properties that shall find them (empty: all).
-        deadline: When to end, with what is known until then.
+        others: Systems with the same charts. A mutant that no property of the first detects is
+            evaluated there, too, as far as possible.
+        count: How many mutants to evaluate (0: all).
+        seed: Of the order in which they are tried.
+        part: The changes to try, as a slice of that order.
+        properties: The properties that shall detect them (empty: all).
+        deadline: When to end, with the results until then.
         progress: Called before each mutant.
-        recall: Returns what an earlier campaign found of a mutant, or None.
-        tell: Called with each mutant as soon as it is evaluated, but for those that were recalled.
+        recall: Returns the fate of a mutant in an earlier campaign, or None.
+        tell: Called with each mutant after its evaluation, except for recalled ones.
 
     Raises:
-        FsmkitError: ``unproved-original`` where the exploration of the original does not end, so
-            that nothing is known to hold.
+        FsmkitError: ``unproved-original`` if the exploration of the original does not end, so that
+            nothing is known to hold.
 
     """
     deadline = deadline or Deadline(options.timeout)
@@ -126,7 +126,7 @@ def evaluate_mutants(
         except TimeUp:
             tally.ended = "the time was over"
         except _NotKeptError as error:
-            tally.ended = "what was found cannot be kept"
+            tally.ended = "the results cannot be stored"
             tally.failed.append(error.reason)
     tally.failed += [evaluator.failed for evaluator in more if evaluator.failed is not None]
     unevaluated = [
@@ -148,7 +148,7 @@ def evaluate_mutants(
 
 
 class _NotKeptError(Exception):
-    """What is evaluated is not kept, so nothing more is evaluated."""
+    """A result cannot be stored, so the evaluation ends."""
 
     def __init__(self, reason: FsmkitError) -> None:
         super().__init__()
@@ -157,7 +157,7 @@ class _NotKeptError(Exception):
 
 @dataclass
 class _Tally:
-    """What was found so far."""
+    """The results so far."""
 
     first: Evaluator
     others: tuple[Evaluator, ...]
@@ -176,7 +176,7 @@ class _Tally:
         recall: Callable[[Mutant], Evaluated | None],
         tell: Callable[[Evaluated], None] | None,
     ) -> None:
-        """Evaluate a mutant, unless it means nothing new; it counts as tried once that is done."""
+        """Evaluate a mutant, unless it is equal to an earlier one; then it counts as tried."""
         try:
             system = self.first.subject.changed(mutant)
         except FsmkitError:
@@ -189,7 +189,7 @@ class _Tally:
             return
         known = recall(mutant)
         places = chain([(self.first, mutant, system)], self._elsewhere(mutant))
-        evaluated = known or evaluated_in(places)
+        evaluated = known or evaluate(places)
         self.evaluated.append(evaluated)
         self.tried += 1
         if known is None and tell is not None:
@@ -199,7 +199,7 @@ class _Tally:
                 raise _NotKeptError(error) from error
 
     def _elsewhere(self, mutant: Mutant) -> Iterator[tuple[Evaluator, Mutant, System]]:
-        """Yield the other systems that have it, the cheapest first, once they are asked for."""
+        """Yield the other systems that contain it, the cheapest first, when they are needed."""
         having = [(evaluator, evaluator.known[mutant.identity]) for evaluator in self.others
                   if mutant.identity in evaluator.known and evaluator.is_proved]  # fmt: skip
         for evaluator, own in sorted(having, key=lambda pair: pair[0].seconds):
@@ -211,7 +211,7 @@ class _Tally:
                 yield evaluator, own, system
 
     def _is_new(self, mutant: Mutant, system: System) -> bool:
-        """Whether the chart of a mutant is another than the original, and than all before it."""
+        """Whether the chart of a mutant differs from the original, and from all before it."""
         known = self._known.setdefault(mutant.machine, set())
         changed = False
         machines = self.first.subject.system.machines

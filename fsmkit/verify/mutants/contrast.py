@@ -1,4 +1,4 @@
-"""What a comparison of a mutant with the original found, as data that can be kept and shown."""
+"""The result of comparing a mutant with the original, as data that can be stored and shown."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Contrast:
     """A run that only one of the two systems has, or why none is known.
 
     ``lines``: its steps for people. ``steps``: the same as data. ``in_mutant``: the mutant has it.
-    ``local``: a step that the machine takes in another way, from a state that the original reaches.
+    ``local``: a step that the machine takes differently, from a state that the original reaches.
     """
 
     why: str = ""
@@ -28,24 +28,24 @@ class Contrast:
 
     @staticmethod
     def of(found: Difference) -> Contrast:
-        """Return what a comparison found that did not find the two equivalent."""
+        """Return the contrast of a comparison that found a difference, or did not complete."""
         if found.sameness is not Sameness.DIFFERENT or found.run is None:
             return Contrast(found.why)
         lines = tuple(run_lines(found.run))
         return Contrast("", found.in_mutant, lines, tuple(as_json(found.run)))
 
     def as_json(self) -> Mapping[str, Any]:
-        """Return it as data."""
+        """Return the contrast as data."""
         return asdict(self)
 
     @staticmethod
     def read(kept: Mapping[str, Any]) -> Contrast:
-        """Return what `as_json` made data of."""
+        """Return the contrast from the data of `as_json`."""
         return Contrast(kept["why"], kept["in_mutant"], tuple(kept["lines"]), tuple(kept["steps"]))
 
 
 def run_lines(run: Counterexample) -> Iterator[str]:
-    """Yield a line for each step of a run: who moves, why, what it shows; one for time."""
+    """Yield a line for each step of a run: machine, cause, effects; one line for time."""
     for number, step in enumerate(run.steps):
         if not step.machine:
             if number + 1 == len(run.steps) or run.steps[number + 1].machine:

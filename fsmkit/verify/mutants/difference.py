@@ -1,10 +1,10 @@
-"""Whether two systems that differ in one chart can be told apart, and by which run.
+"""Compare two systems that differ in one chart, and find a run that only one of them has.
 
-Both are explored in step by the interpreter, breadth first, over sets of states (the subset
-construction): what one can do after a run, the other must be able to do after the same run. A
-label is what is seen of a step: which machine moves, what comes to it, the operations it calls, the
-events it sends, its outputs, a fault. What only its own configuration shows is not seen, so systems
-without a difference are equivalent by traces, for their neighbours and for the host.
+The interpreter explores both in step, breadth first, over sets of states (the subset construction):
+after each run of one system, the other must be able to continue the same run. The label of a step
+is what an observer sees: the machine that moves, the event it takes, the operations it calls, the
+events it sends, its outputs, a fault. Its configuration is not observable, so systems without a
+difference are trace equivalent for their neighbours and for the host.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Pair = tuple[frozenset[State], frozenset[State]]
 
 
 class Sameness(Enum):
-    """What is known of two systems."""
+    """The verdict of a comparison."""
 
     EQUIVALENT = "equivalent"
     DIFFERENT = "different"
@@ -35,9 +35,9 @@ class Sameness(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What a comparison found. ``run``: a shortest one that only one of the two systems has.
+    """The result of a comparison. ``run``: a shortest one that only one of the systems has.
 
-    ``in_mutant``: it is the second system that has it. ``pairs``: how many were compared.
+    ``in_mutant``: the second system has it. ``pairs``: the number of compared pairs.
     """
 
     sameness: Sameness
@@ -49,20 +49,20 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class _Side:
-    """One of the systems, with what labels its steps."""
+    """One of the systems, with the labels of its steps."""
 
     closed: ClosedSystem
     steps: GlobalSteps
 
     def label(self, edge: Edge) -> Label:
-        """Return what is seen of a step."""
+        """Return the observable label of a step."""
         step = edge.steps[-1]
         if step.action is Action.ELAPSE:
             return ("tick",)
-        return step.machine, edge.who, step.action is Action.OCCUR, edge.marks
+        return step.machine, edge.mover, step.action is Action.OCCUR, edge.marks
 
     def successors(self, states: frozenset[State]) -> dict[Label, dict[State, tuple[State, Edge]]]:
-        """Return, by label, the states that steps lead to, each with one step that leads there."""
+        """Return, by label, the successor states, each with one step that leads to it."""
         found: dict[Label, dict[State, tuple[State, Edge]]] = {}
         for state in states:
             for edge in self.steps.successors(state):
@@ -73,26 +73,26 @@ class _Side:
 def compare(
     original: ClosedSystem, mutant: ClosedSystem, deadline: Deadline, most: int
 ) -> Difference:
-    """Compare two closed systems, of which one machine runs another chart.
+    """Compare two closed systems that differ in the chart of one machine.
 
     Args:
         original: The first.
         mutant: The second, with the same machines, events and properties.
-        deadline: When to give up.
-        most: Pairs of sets of states at most.
+        deadline: When to stop.
+        most: The maximum number of pairs of sets of states.
 
     Returns:
-        `Sameness.UNKNOWN` where time, pairs or the choices of a step exceed their limits.
+        `Sameness.UNKNOWN` if time, pairs or the choices of a step exceed their limits.
 
     """
     try:
-        return _compared(original, mutant, deadline, most)
+        return _compare(original, mutant, deadline, most)
     except TooManyChoices:
         why = f"a step has more than {MOST_RUNS:,} combinations of choices"
         return Difference(Sameness.UNKNOWN, 0, why=why)
 
 
-def _compared(
+def _compare(
     original: ClosedSystem, mutant: ClosedSystem, deadline: Deadline, most: int
 ) -> Difference:
     unit = gcd(original.unit, mutant.unit)  # so that a step of time is as long in both
@@ -107,7 +107,7 @@ def _compared(
     ahead = [first]
     for number, pair in enumerate(ahead):
         if number % 64 == 0 and deadline.left <= 0:
-            return Difference(Sameness.UNKNOWN, number, why="the time was over")
+            return Difference(Sameness.UNKNOWN, number, why="the time limit was reached")
         if len(ahead) > most:
             return Difference(Sameness.UNKNOWN, number, why=f"more than {most:,} pairs of states")
         found = [side.successors(states) for side, states in zip(sides, pair, strict=True)]
@@ -126,7 +126,7 @@ def _compared(
 
 
 def _labels(before: dict[Pair, tuple[Pair, Label] | None], pair: Pair) -> list[Label]:
-    """Return the labels of the way to a pair."""
+    """Return the labels of the path to a pair."""
     found: list[Label] = []
     while (step := before[pair]) is not None:
         pair, label = step

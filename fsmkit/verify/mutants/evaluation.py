@@ -1,4 +1,4 @@
-"""Evaluates mutants: by the properties of one system after the other, then by what they do."""
+"""Evaluate mutants: by the properties of each system, then by comparison with the original."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ class _Holding:
     """A step in which it differs from the original; empty: none is known."""
 
 
-def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Evaluated:
-    """Return the fate of a mutant, which is the first of the given, in systems that have it.
+def evaluate(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Evaluated:
+    """Return the fate of a mutant, which is the first of the given ones, in its systems.
 
-    The first system with a violated property decides, and the others are not looked at. If there
-    is none, the mutant is compared with the original, in one after the other, until they differ.
+    The first system with a violated property decides. If there is none, the mutant is compared with
+    the original in one system after the other, until they differ.
     """
     first: Mutant | None = None
     holding: list[_Holding] = []
@@ -80,7 +80,7 @@ def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Evaluate
     states = holding[0].states if holding else 0
     contrast: Contrast | None = None
     for each in holding:
-        comparison = each.evaluator.compared(each.system, is_told=bool(each.local))
+        comparison = each.evaluator.compared(each.system, is_known=bool(each.local))
         if comparison.sameness is Sameness.EQUIVALENT:
             equivalent = equivalent or f"no run differs ({comparison.pairs:,} pairs of states)"
             continue
@@ -100,7 +100,7 @@ def evaluated_in(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Evaluate
 
 
 class Evaluator:
-    """Evaluates mutants by one system, whose original is explored when that is needed first."""
+    """Evaluates mutants by one system, whose original is explored when it is first needed."""
 
     def __init__(
         self,
@@ -109,7 +109,7 @@ class Evaluator:
         properties: frozenset[str],
         deadline: Deadline,
     ) -> None:
-        """Take a system, how to explore it, and what is asked (empty: all properties)."""
+        """Take a system, its exploration options, and the properties (empty: all)."""
         self.subject = subject
         self.failed: FsmkitError | None = None
         self._unlimited = options
@@ -118,7 +118,7 @@ class Evaluator:
 
     @cached_property
     def documents(self) -> dict[str, Documents]:
-        """By machine its chart as written."""
+        """The source documents of each machine's chart."""
         return self.subject.documents()
 
     @cached_property
@@ -130,7 +130,7 @@ class Evaluator:
 
     @cached_property
     def original(self) -> Report:
-        """What holds; `FsmkitError` where that is not known."""
+        """The report of the original. Raises `FsmkitError` if it is not proved."""
         system = self.subject.system
         found = check(
             system, Findings(), options=replace(self._unlimited, shows_locals=True),
@@ -149,7 +149,7 @@ class Evaluator:
 
     @property
     def is_proved(self) -> bool:
-        """Whether the original can be explored; if not, ``failed`` is why."""
+        """Whether the original can be explored; if not, ``failed`` is the reason."""
         if self.failed is None:
             try:
                 _ = self.original
@@ -159,7 +159,7 @@ class Evaluator:
 
     @property
     def seconds(self) -> float:
-        """How long the exploration of the original took."""
+        """The duration of the exploration of the original."""
         return self.original.exploration.seconds
 
     @cached_property
@@ -210,13 +210,13 @@ class Evaluator:
         why = report.exploration.why or (unknown[0].reason if unknown else "") or end.value
         return Evaluated(mutant, Fate.UNDECIDED, why=why, states=states)
 
-    def compared(self, system: System, *, is_told: bool = False) -> Difference:
+    def compared(self, system: System, *, is_known: bool = False) -> Difference:
         """Compare a mutant with the original, in step.
 
-        ``is_told``: a step is known that differs, so that it is worth while only where it can end.
+        ``is_known``: a differing step is known, so the comparison is done only if it can complete.
         """
         states = self.original.exploration.states
-        if is_told and states > MOST_PAIRS:
+        if is_known and states > MOST_PAIRS:
             return Difference(Sameness.UNKNOWN, 0, why=f"more than {MOST_PAIRS:,} states")
         seconds = COMPARING if states <= MOST_PAIRS else LOOKING
         original, mutant = (
@@ -231,7 +231,7 @@ class Evaluator:
 
     @cached_property
     def _behaviours(self) -> Mapping[str, LocalBehaviour]:
-        """What each machine does by itself, where that was found out."""
+        """The local behaviour of each machine, where it was computed."""
         original = self.original
         closed = original.closed
         if original.exploration.engine != "c" or original.exploration.end is not End.COMPLETE:
@@ -243,7 +243,7 @@ class Evaluator:
         return {names[m]: LocalBehaviour(closed, m, states) for m, states in found.items()}
 
     def local_difference(self, mutant: Mutant, system: System) -> tuple[str, ...] | None:
-        """Return a step of its machine that differs, as `LocalBehaviour.difference` does."""
+        """Return a differing step of its machine, as `LocalBehaviour.difference`."""
         behaviour = None if mutant.documents is None else self._behaviours.get(mutant.machine)
         if behaviour is None:
             return ()
@@ -251,13 +251,13 @@ class Evaluator:
         return behaviour.difference(changed, mutant)
 
     def _is_unneeded(self, mutant: Mutant) -> bool:
-        """Whether the original never comes to what was changed (see `NEEDED`)."""
+        """Whether the original never reaches the changed part (see `NEEDED`)."""
         if mutant.operator not in NEEDED or mutant.owner is None:
             return False
         if self.original.exploration.end is not End.COMPLETE or self.original.closed.samples:
             return False
         return not any(
-            _comes_to(chart, figures, mutant.owner, NEEDED[mutant.operator])
+            _can_reach(chart, figures, mutant.owner, NEEDED[mutant.operator])
             for chart, figures in self._places(mutant.machine)
         )
 
@@ -268,10 +268,10 @@ class Evaluator:
                 yield instance.chart, figures
 
 
-def _comes_to(chart: Chart, figures: Figures, owner: Span, needed: str) -> bool:
-    """Whether a machine comes to a place as a change there needs it; true if there is none.
+def _can_reach(chart: Chart, figures: Figures, owner: Span, needed: str) -> bool:
+    """Whether a machine reaches a location as a change there needs it; true without a location.
 
-    Of what is no state for long, such as a choice, it is not known whether it is entered.
+    Entries of transient states, such as choices, are not recorded.
     """
     transitions = [t for t in chart.transitions if t.span == owner]
     states = [s.index for s in chart.states if s.span == owner]

@@ -1,4 +1,4 @@
-"""What becomes of a mutant."""
+"""The fates of mutants."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.verify.mutants.subject import Mutant
 
 
 class Fate(Enum):
-    """What became of a mutant."""
+    """The fate of a mutant."""
 
     FOUND = "found"
     """A property is violated, or something that `check` reports of every system."""
@@ -26,10 +26,10 @@ class Fate(Enum):
 class Evaluated:
     """A mutant and its fate.
 
-    ``by``: names of violated properties; the search ends at the first. ``why``: of an equivalent
-    one how that is known, of an undecided one what ended. ``systems``: those whose properties all
-    hold though it may do something else there. ``contrast``: of a surviving one what a comparison
-    with the original found. ``failed``: nothing is known, for a reason that is not its own.
+    ``by``: names of violated properties; the search ends at the first. ``why``: the proof for an
+    equivalent one, the exceeded limit for an undecided one. ``systems``: those whose properties all
+    hold although it may differ there. ``contrast``: the comparison of a surviving one with the
+    original. ``failed``: nothing is known, for an external reason.
     """
 
     mutant: Mutant

@@ -1,4 +1,4 @@
-"""Local steps, in whose notes is what they show."""
+"""Local steps whose notes include their observable effects."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fsmkit.runtime.interpreter import snapshot as snap
-from fsmkit.verify.statespace.actions import FAULT, FULL, Outcome, Step, Who
+from fsmkit.verify.statespace.actions import FAULT, FULL, Mover, Outcome, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
@@ -15,37 +15,37 @@ SEEN = 1 << 24
 
 
 class Seen:
-    """Numbers for what steps show, the same for both systems."""
+    """Numbers of observable effects, the same for both systems."""
 
     def __init__(self) -> None:
-        """Begin with none."""
+        """Start without effects."""
         self._numbers: dict[tuple[object, ...], int] = {}
 
     def number(self, shown: tuple[object, ...]) -> int:
-        """Return the number of what is shown."""
+        """Return the number of an effect."""
         return SEEN + self._numbers.setdefault(shown, len(self._numbers))
 
     def shown(self, number: int) -> tuple[object, ...]:
-        """Return what has a number."""
+        """Return the effect with a number."""
         return list(self._numbers)[number - SEEN]
 
 
 class ObservedSteps(LocalSteps):
-    """Local steps, in whose notes is what they show."""
+    """Local steps whose notes include their observable effects."""
 
     def __init__(self, closed: ClosedSystem, seen: Seen) -> None:
-        """Take what numbers that which is shown."""
+        """Take the system, and the numbers of effects."""
         super().__init__(closed)
         self._seen = seen
 
     def outcome(
-        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
+        self, machine: int, before: snap.Snapshot, what: Step, mover: Mover, done: snap.Macrostep
     ) -> Outcome:
-        """Read off what a macrostep led to, and what it shows."""
-        found = super().outcome(machine, before, what, who, done)
+        """Return the outcome of a macrostep, with its observable effects."""
+        found = super().outcome(machine, before, what, mover, done)
         effects = tuple(self.effects(machine, before, done))
         notes = tuple(note for note in found.notes if note in (FULL, FAULT))
-        if effects or who is not Who.ENVIRONMENT or found.after != before:
+        if effects or mover is not Mover.ENVIRONMENT or found.after != before:
             notes = (*notes, self._seen.number((*self._stimulus(machine, done), *effects)))
         return replace(found, notes=notes)
 
@@ -61,7 +61,7 @@ class ObservedSteps(LocalSteps):
     def effects(
         self, machine: int, before: snap.Snapshot, done: snap.Macrostep
     ) -> Iterator[object]:
-        """Yield what leaves the machine in a macrostep."""
+        """Yield the effects of a macrostep outside of the machine."""
         chart = self.charts[machine]
         for effect in done.effects:
             match effect:

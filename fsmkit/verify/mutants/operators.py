@@ -1,9 +1,9 @@
 """Mutation operators: each yields the documents of a chart with one change.
 
 The operators are those of statechart mutation (Fabbri et al., *Mutation Testing Applied to Validate
-Specifications Based on Statecharts*, ISSRE 1999), and those that inheritance and time add: a
-``super`` that is left out, a delay that is halved or doubled. A change may make a chart that cannot
-be elaborated, or one that means the same: who uses them leaves both out.
+Specifications Based on Statecharts*, ISSRE 1999), and those that inheritance and time add: an
+omitted ``super``, a delay that is halved or doubled. A change may produce a chart that cannot be
+elaborated, or one that is equivalent: the caller omits both.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ entered."""
 class Mutation:
     """One change of a chart.
 
-    ``place`` is where the original stands; ``owner`` is the place of the transition or state that
-    must be taken or entered before the change can matter, if that is known (see `NEEDED`).
+    ``place`` is the location of the original. ``owner`` is the location of the transition or state
+    that must be taken or entered before the change has an effect, if that is known (see `NEEDED`).
     """
 
     operator: str
@@ -80,7 +80,7 @@ def mutations(documents: Documents, chart: Chart) -> Iterator[Mutation]:
 
     Args:
         documents: The chart as written, then its bases.
-        chart: What they mean; it says which events a state answers by an ancestor.
+        chart: The elaborated chart, for the events of a state that an ancestor handles.
 
     """
     siblings = _siblings(documents)
@@ -88,7 +88,7 @@ def mutations(documents: Documents, chart: Chart) -> Iterator[Mutation]:
         for change, changed in _of_document(document, siblings):
             whole = (*documents[:place], changed, *documents[place + 1 :])
             yield Mutation(change.operator, change.what, change.place, whole, change.owner)
-    yield from _unheard(documents, chart)
+    yield from _unhandled_event(documents, chart)
 
 
 def _of_document(document: doc.Document, siblings: dict[str, list[str]]) -> Iterator[Variant]:
@@ -133,7 +133,7 @@ def _of_capacity(capacity: doc.DocCapacity) -> Iterator[Variant]:
 
 
 def _scaled(text: Text) -> tuple[Text, Text] | None:
-    """Return half and twice a duration that is a literal; None of another expression."""
+    """Return half and twice a duration literal; empty for another expression."""
     match = DURATION.fullmatch(text.value)
     if match is None:
         return None
@@ -166,7 +166,7 @@ def _of_state(state: doc.DocState, siblings: dict[str, list[str]]) -> Iterator[V
 
 
 def _is_dropped(state: doc.DocState, place: int) -> bool:
-    """Whether a transition may be left out: a choice needs the last of its own."""
+    """Whether a transition may be omitted: a choice needs the last of its own."""
     transition = state.transitions[place]
     is_last = place == len(state.transitions) - 1
     return transition.trigger is not doc.Trigger.INITIAL and not (
@@ -185,7 +185,7 @@ def _of_transition(
         for other in siblings.get(target.value, []):
             targets = list(transition.targets)
             targets[place] = target.with_value(other)
-            change = _Change("target moved", _moved(target.value, other), target.span, span)
+            change = _Change("target moved", _retargeted(target.value, other), target.span, span)
             yield change, replace(transition, targets=tuple(targets))
     for change, content in _of_block(transition.content or ()):
         yield replace(change, owner=span), replace(transition, content=content)
@@ -207,7 +207,7 @@ def _of_guard(transition: doc.DocTransition) -> Iterator[Variant]:
 
 
 @telling
-def _moved(target: str, other: str) -> str:
+def _retargeted(target: str, other: str) -> str:
     return f"to `{other}` instead of `{target}`"
 
 
@@ -222,7 +222,7 @@ def _shown(transition: doc.DocTransition) -> str:
 
 
 def _siblings(documents: Documents) -> dict[str, list[str]]:
-    """Return for each state the others of its parent, as far as one document has them together."""
+    """Return for each state its siblings, as far as one document has them together."""
     found: dict[str, list[str]] = {}
     for document in documents:
         for parent in states(document.root, *document.refine):
@@ -243,7 +243,7 @@ def _siblings(documents: Documents) -> dict[str, list[str]]:
 
 
 def _of_block(block: Block) -> Iterator[Variant]:
-    """Yield a handler with a statement dropped, or two that follow each other swapped."""
+    """Yield a handler with one statement omitted, or two neighbours exchanged."""
     for place, statement in enumerate(block):
         is_super = isinstance(statement, Super)
         operator = "super dropped" if is_super else "action dropped"
@@ -274,17 +274,17 @@ def _of_statement(statement: WrittenStatement) -> Iterator[Variant]:
 
 @telling
 def _line(statement: WrittenStatement) -> str:
-    """Return the first line of a statement as it was written."""
+    """Return the first line of the source of a statement."""
     source = statement.span.source.text[statement.span.start : statement.span.end]
     lines = source.strip().splitlines() or [""]
     return f"`{lines[0]}`"
 
 
-# --- what a state does not hear -------------------------------------------------------------------
+# --- unhandled events -----------------------------------------------------------------------------
 
 
-def _unheard(documents: Documents, chart: Chart) -> Iterator[Mutation]:
-    """Yield the chart in which one leaf takes no notice of an event that an ancestor answers."""
+def _unhandled_event(documents: Documents, chart: Chart) -> Iterator[Mutation]:
+    """Yield the chart in which one leaf ignores an event that an ancestor handles."""
     own = {each.id.value for each in states(documents[0].root) if each.id is not None}
     for leaf in chart.states:
         if not leaf.is_leaf or leaf.kind is not doc.Kind.ATOMIC:
@@ -314,7 +314,7 @@ def _unheard(documents: Documents, chart: Chart) -> Iterator[Mutation]:
 def _with(
     document: doc.Document, leaf: str, deaf: doc.DocTransition, *, is_own: bool
 ) -> doc.Document:
-    """Return a document in which a state has one transition more, in front of its own."""
+    """Return a document in which a state has one more transition, before its own ones."""
 
     def changed(state: doc.DocState) -> doc.DocState:
         if state.id is not None and state.id.value == leaf:

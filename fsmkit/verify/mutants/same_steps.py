@@ -1,9 +1,9 @@
-"""Whether a mutant does in every step of its machine what the original does there.
+"""Check whether a mutant takes every local step as the original does.
 
-The local states of a machine that an exploration of the original came to, and all that can happen
-in each, are far fewer than the states of the system. If a changed chart does the same in each of
-these steps, then by induction no run of the system differs, and every property holds as it did. It
-is enough to look at the steps in which the change can matter.
+The local states of a machine in an exploration of the original, and all stimuli in each, are far
+fewer than the states of the system. If the changed chart has the same effect in each of these
+steps, then by induction no run of the system differs, and every property holds as before. Only
+steps that involve the changed part need to be compared.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fsmkit.system.shared import has_data_trigger, resting_states
 from fsmkit.verify.mutants.noted_steps import ObservedSteps, Seen
 from fsmkit.verify.mutants.operators import NEEDED
 from fsmkit.verify.mutants.subject import Mutant
-from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, TooManyChoices, Who
+from fsmkit.verify.statespace.actions import Action, Chooser, Mover, Outcome, Step, TooManyChoices
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
@@ -42,7 +42,7 @@ class _Seen:
 
 
 class _Steps(ObservedSteps):
-    """Local steps from states as the core keeps them, that leave out nothing of their effects."""
+    """Local steps from states in the form of the core, with all of their effects."""
 
     def __init__(self, closed: ClosedSystem, seen: Seen) -> None:
         super().__init__(closed, seen)
@@ -53,7 +53,7 @@ class _Steps(ObservedSteps):
     def perform(
         self, machine: int, snapshot: snap.Snapshot, what: Step, chooser: Chooser
     ) -> snap.Macrostep | None:
-        """Take a step; in zones a timer fires at its deadline, whatever the others are."""
+        """Take a step; in zones a timer fires at its deadline, independent of the others."""
         if not self.closed.zones:
             return super().perform(machine, snapshot, what, chooser)
         marked = _marked(snapshot)
@@ -63,14 +63,14 @@ class _Steps(ObservedSteps):
         if what.argument >= len(timers):
             return None
         fired = replace(timers.pop(what.argument), deadline=0)
-        chooser.begin()
+        chooser.start_step()
         return step_timer(self.charts[machine], replace(marked, timers=(fired, *timers)), chooser)
 
     def outcome(
-        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
+        self, machine: int, before: snap.Snapshot, what: Step, mover: Mover, done: snap.Macrostep
     ) -> Outcome:
-        """Read off what a macrostep led to, with all notes, its effects, and which timers stay."""
-        found = LocalSteps.outcome(self, machine, before, what, who, done)
+        """Return the outcome of a macrostep, with notes, effects, and the remaining timers."""
+        found = LocalSteps.outcome(self, machine, before, what, mover, done)
         for small in done.microsteps:
             self.taken.update(small.transitions)
             self.moved.update(small.exited, small.entered)
@@ -92,14 +92,14 @@ class _Steps(ObservedSteps):
 
 
 def _marked(snapshot: snap.Snapshot) -> snap.Snapshot:
-    """Return a machine whose timers come before all times, in their order (``fsm_mark``)."""
+    """Return a machine whose timers precede all times, in their order (``fsm_mark``)."""
     count = len(snapshot.timers)
     timers = tuple(snap.Timer(n - count, timer.what) for n, timer in enumerate(snapshot.timers))
     return replace(snapshot, timers=timers, now=0)
 
 
 def _unmarked(after: snap.Snapshot, before: snap.Snapshot) -> tuple[snap.Snapshot, tuple[int, ...]]:
-    """Return a machine with durations as deadlines, and which timer each was, from 1, or 0."""
+    """Return a machine with durations as deadlines, and each timer's previous number, or 0."""
     old = len(before.timers)
     sources = tuple(t.deadline + old + 1 if t.deadline < 0 else 0 for t in after.timers)
     timers = tuple(
@@ -110,10 +110,10 @@ def _unmarked(after: snap.Snapshot, before: snap.Snapshot) -> tuple[snap.Snapsho
 
 
 class LocalBehaviour:
-    """What one machine of the original does in each of its local states."""
+    """The steps of one machine of the original in each of its local states."""
 
     def __init__(self, closed: ClosedSystem, machine: int, states: Sequence[snap.Snapshot]) -> None:
-        """Take the system as it was explored, and the states of the machine that were reached."""
+        """Take the explored system, and the reached states of the machine."""
         self._closed = closed
         self._machine = machine
         self._states = states
@@ -128,13 +128,13 @@ class LocalBehaviour:
         for state in self._states:
             for what in self._possible(state):
                 steps.taken, steps.moved = set(), set()
-                outcomes = tuple(steps.explore(self._machine, state, what, Who.INTERNAL))
+                outcomes = tuple(steps.explore(self._machine, state, what, Mover.INTERNAL))
                 moved = frozenset(steps.moved)
                 passed = moved | state.configuration
                 yield _Seen(state, what, outcomes, frozenset(steps.taken), moved, passed)
 
     def _possible(self, state: snap.Snapshot) -> Iterator[Step]:
-        """Yield all that can happen in a state, and perhaps more."""
+        """Yield all stimuli that can occur in a state, and perhaps more."""
         machine = self._machine
         if not state.running:
             if not state.finished and state.fault is None:
@@ -154,11 +154,12 @@ class LocalBehaviour:
         return has_data_trigger(closed.system.machines[self._machine], closed.charts[self._machine])
 
     def difference(self, changed: ClosedSystem, mutant: Mutant) -> tuple[str, ...] | None:
-        """Return the first step in which a system with another chart for the machine differs.
+        """Return the first step that differs with another chart for the machine.
 
-        Its lines are the state and what happens there, then what the original does, and the other;
-        none: it cannot be told, as declarations differ, or data is read that the original does not
-        read, or a step has too many choices. None: all steps are the same.
+        Its lines are the state and the stimulus, then the effects in the original and in the
+        mutant. The lines are empty if the comparison is not possible: declarations differ, data is
+        read that the original does not read, or a step has too many choices. None: all steps are
+        the same.
         """
         own, other = self._closed.charts[self._machine], changed.charts[self._machine]
         if self._tries(changed) != self._tries(self._closed):
@@ -175,10 +176,10 @@ class LocalBehaviour:
                 before = _with_timers(seen.before, timers)
                 if before is None:
                     return unseen or ()
-                found = tuple(steps.explore(self._machine, before, seen.what, Who.INTERNAL))
+                found = tuple(steps.explore(self._machine, before, seen.what, Mover.INTERNAL))
                 if _are_same(seen.outcomes, found, back):
                     continue
-                lines = tuple(self._told(seen, found))
+                lines = tuple(self._difference_lines(seen, found))
                 if lines[1] != lines[2]:
                     return lines
                 unseen = unseen or lines
@@ -186,8 +187,8 @@ class LocalBehaviour:
             return unseen or ()
         return unseen
 
-    def _told(self, seen: _Seen, found: Sequence[Outcome]) -> Iterator[str]:
-        """Yield the lines of a step that differs."""
+    def _difference_lines(self, seen: _Seen, found: Sequence[Outcome]) -> Iterator[str]:
+        """Yield the lines of a differing step."""
         chart = self._closed.charts[self._machine]
         data = ", ".join(
             f"{variable.name} = {spell_value(value, variable.type)}"
@@ -233,7 +234,7 @@ def _are_same(ours: Sequence[Outcome], theirs: Sequence[Outcome], back: Mapping[
 
 
 def _effect(effect: object) -> str:
-    """Return a few words on what `ObservedSteps.effects` yields, such as ``sends done(1)``."""
+    """Return an effect of `ObservedSteps.effects` in a few words, such as ``sends done(1)``."""
     if not isinstance(effect, tuple):
         return str(effect)
     word, what, *values = effect
@@ -247,14 +248,14 @@ def _leaves(chart: Chart, state: snap.Snapshot) -> str:
 
 
 def is_observable(closed: ClosedSystem, machine: int) -> bool:
-    """Whether the local states of a machine are all that counts of it."""
+    """Whether the local states of a machine are all of its behaviour."""
     chart = closed.charts[machine]
     has_intervals = any(t.least is not None for t in chart.transitions)
     return not (closed.is_open or closed.is_ordered or chart.invocations or has_intervals)
 
 
 def _is_comparable(original: ClosedSystem, changed: ClosedSystem, machine: int) -> bool:
-    """Whether two systems are the same but for what one machine does in its steps."""
+    """Whether two systems are equal except for one machine's steps."""
     one, other = original.system, changed.system
     parts = ("properties", "event_links", "input_links", "monitors")
     if any(getattr(one, part) != getattr(other, part) for part in parts):
@@ -297,7 +298,7 @@ def _reads_no_more(original: ClosedSystem, changed: ClosedSystem, machine: int) 
 
 
 def _timers(own: Chart, other: Chart) -> dict[int, int]:
-    """Return by transition with a delay the one of the other chart that stands for it."""
+    """Return for each transition with a delay the corresponding one of the other chart."""
 
     def places(chart: Chart) -> dict[object, int]:
         found: dict[object, int] = {}
@@ -316,7 +317,7 @@ def _timers(own: Chart, other: Chart) -> dict[int, int]:
 
 
 def _with_timers(state: snap.Snapshot, numbers: Mapping[int, int]) -> snap.Snapshot | None:
-    """Return a machine whose timeouts are those of another chart; None if one is not there."""
+    """Return a machine whose timeouts are those of another chart; None if one is missing."""
     if not state.timers:
         return state
     timers: list[snap.Timer] = []
@@ -331,7 +332,7 @@ def _with_timers(state: snap.Snapshot, numbers: Mapping[int, int]) -> snap.Snaps
 
 
 def _relevance(chart: Chart, mutant: Mutant) -> Callable[[_Seen], bool]:
-    """Return which steps of the original have to do with what was changed (see `NEEDED`)."""
+    """Return the steps of the original that involve the changed part (see `NEEDED`)."""
     needed = NEEDED.get(mutant.operator)
     transitions = frozenset(t.index for t in chart.transitions if t.span == mutant.owner)
     states = frozenset(s.index for s in chart.states if s.span == mutant.owner)

@@ -1,4 +1,4 @@
-"""A campaign for people, as rich text, and as data."""
+"""Format a campaign of mutants as rich text, and as data."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ STYLES = {
 
 
 def summary(found: Campaign) -> RenderableType:
-    """Return the survivors, each with its diff and a run that differs, and the scores."""
+    """Return the survivors, each with its diff and a differing run, and the scores."""
     parts: list[RenderableType] = []
     for evaluated in found.survivors:
         parts += [*_survivor(found, evaluated), Text()]
@@ -62,7 +62,7 @@ def _survivor(found: Campaign, evaluated: Evaluated) -> Iterator[Text]:
 
 
 def decided(evaluated: Evaluated) -> Text:
-    """Return a line on a mutant that was just evaluated."""
+    """Return a line on a mutant after its evaluation."""
     mutant = evaluated.mutant
     place = "" if mutant.place is None else f" ({mutant.place})"
     why = ", ".join(evaluated.by) or evaluated.why
@@ -74,7 +74,7 @@ def decided(evaluated: Evaluated) -> Text:
 
 
 def diff(found: Campaign, evaluated: Evaluated) -> tuple[str, ...]:
-    """Return what changed, as lines of a unified diff of the chart in YAML; of a connection, it."""
+    """Return the change as a unified diff of the chart in YAML; for a connection, its line."""
     mutant = evaluated.mutant
     if mutant.documents is None:
         return (f"- connect: {mutant.what}",)
@@ -90,7 +90,7 @@ def diff(found: Campaign, evaluated: Evaluated) -> tuple[str, ...]:
 
 
 def scores(found: Campaign) -> Table:
-    """Return a line for each machine: its mutants by fate, and the share that was found."""
+    """Return a line for each machine: its mutants by fate, and the detected share."""
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("machine")
     for heading in ("mutants", *(fate.value for fate in Fate), "score"):
@@ -119,7 +119,7 @@ def _counts(found: Campaign) -> Iterator[Text]:
     if idle:
         yield Text(f"found none first: {', '.join(idle)}", "dim")
     yield Text(
-        f"{found.possible:,} changes are possible; of those tried {found.same} mean the same as "
+        f"{found.possible:,} changes are possible; of those tried {found.same} are equal to "
         f"the original or as another, {found.broken} cannot be elaborated; {found.left:,} not tried"
         + (f": {found.ended}" if found.ended else ""),
         "dim",

@@ -1,4 +1,4 @@
-"""The file whose mutants are evaluated: how it is read with a change, and all its changes."""
+"""The file whose mutants are evaluated: all its changes, and the system with each of them."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ SEEN_BY_OTHERS = (
 
 @dataclass(frozen=True, slots=True)
 class Mutant:
-    """One change. ``documents``: of the chart of its machine; None: of a connection, by ``link``.
+    """One change. ``documents``: of the chart of its machine; None for a connection, see ``link``.
 
-    ``owner``: as of `operators.Mutation`.
+    ``owner``: as for `operators.Mutation`.
     """
 
     machine: str
@@ -48,7 +48,7 @@ class Mutant:
 
     @property
     def identity(self) -> tuple[object, ...]:
-        """The same for the same change of the same file, whichever system it is part of."""
+        """The same for the same change of the same file, in every system that contains it."""
         if self.documents is None or self.place is None:
             return self.operator, self.what
         file = Path(self.place.source.name).resolve()
@@ -57,7 +57,7 @@ class Mutant:
 
 @dataclass(frozen=True)
 class Subject:
-    """A system, or a chart alone, and how it is read."""
+    """A system, or a chart alone, and the options for reading it."""
 
     path: Path
     system: System
@@ -76,12 +76,12 @@ class Subject:
         strict: bool = False,
         parameters: Mapping[str, str] = NONE,
     ) -> Subject:
-        """Read it as `fsmkit.system.any_file.load_any` does; `FsmkitError` where it cannot be."""
+        """Read as `fsmkit.system.any_file.load_any` does. Raises `FsmkitError` if that fails."""
         system = load_any(path, findings, replacing, strict=strict, parameters=parameters)
         return Subject(path, system, replacing or {}, strict, parameters)
 
     def changed(self, mutant: Mutant) -> System:
-        """Return the system with one change; `FsmkitError` where that cannot be elaborated."""
+        """Return the system with one change. Raises `FsmkitError` if it cannot be elaborated."""
         if mutant.documents is None:
             return _without(self.system, mutant.link)
         findings = Findings()
@@ -98,10 +98,10 @@ class Subject:
         )
 
     def _with(self, name: str, chart: Chart) -> System | None:
-        """Return the system with this chart in place of a machine's, without reading all again.
+        """Return the system with this chart for a machine, without reading all again.
 
-        None where the system says more than which chart it is, or where another part of the system
-        could mean something else with it.
+        None if the system refers to more than the chart, or if another part of the system could
+        change its meaning.
         """
         machines = self.system.machines
         own = {n for n, m in enumerate(machines) if name in (m.name, m.place and m.place[0])}
@@ -124,15 +124,15 @@ class Subject:
     def machines(self) -> dict[str, Machine]:
         """Return the machines whose charts are changed, an array by its name.
 
-        Those of the environment are a model of the world, which no property is about; they are
-        changed only where there is nothing else.
+        Those of the environment model the surroundings, which no property is about. They are
+        changed only if there are no others.
         """
         own = [m for m in self.system.machines if not (m.is_channel or m.is_monitor)]
         of_interest = [m for m in own if not m.environment] or own
         return {(m.place[0] if m.place else m.name): m for m in reversed(of_interest)}
 
     def documents(self) -> dict[str, Documents]:
-        """Return, by machine, its chart as written, and its bases."""
+        """Return the source chart of each machine, and its bases."""
         found: dict[str, Documents] = {}
         for name, machine in reversed(self.machines().items()):
             given = self.replacing.get(name)
@@ -143,7 +143,7 @@ class Subject:
         return found
 
     def mutants(self, documents: Mapping[str, Documents], seed: int) -> list[Mutant]:
-        """Return every change, in an order in which machines and operators take turns."""
+        """Return every change, in an order that alternates machines and operators."""
         groups: dict[tuple[str, str], list[Mutant]] = {}
         machines = self.machines()
         for name, own in documents.items():

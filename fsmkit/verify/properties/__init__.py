@@ -1,1 +1,1 @@
-"""Properties that are decided by searches of their own: temporal in dense time, refinement."""
+"""Properties with search procedures of their own: temporal ones in dense time, and refinement."""

@@ -1,7 +1,7 @@
-"""Temporal properties where time is dense, each kind in an exploration of its own.
+"""Decide temporal properties in dense time, each kind in an exploration of its own.
 
-A time is measured by one more clock. The others are decided by graphs of zones, the coarsest ones
-first (``core/zones/timed_decide.c``).
+A time is measured by one more clock. The other properties are decided by graphs of zones, the
+coarsest ones first (``core/zones/timed_decide.c``).
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ def temporal_answers(
     progress: Progress | None,
     names: frozenset[str],
 ) -> tuple[Answer, ...]:
-    """Decide the temporal properties; ``names`` limits them, none named: all.
+    """Decide the temporal properties; ``names`` limits them (empty: all).
 
-    Nothing is asked unless all that is reached was ``found``: with a clock more there are no fewer
-    zones, and after an interrupt nothing long begins. All of these explorations together keep to
-    the deadline of the engine.
+    They are decided only if the exploration ``found`` all states: a further clock does not reduce
+    the number of zones, and after an interrupt nothing long starts. All of these explorations
+    together keep to the deadline of the engine.
     """
     if found.end is not End.COMPLETE:
         return ()
     properties = closed.system.properties
-    asked = [n for n, p in enumerate(properties) if _is_asked(p, names)]
+    asked = [n for n, p in enumerate(properties) if _is_requested(p, names)]
     within = [n for n in asked if _is_timed(properties[n])]
     of_runs = [n for n in asked if n not in within]
-    answers = [_delay(built, closed, number, memory) for number in within]
-    return (*answers, *_of_runs(built, of_runs, memory, progress))
+    answers = [_measure_delay(built, closed, number, memory) for number in within]
+    return (*answers, *_decide_runs(built, of_runs, memory, progress))
 
 
-def _is_asked(property_: Property, names: frozenset[str]) -> bool:
+def _is_requested(property_: Property, names: frozenset[str]) -> bool:
     asked = not names or property_.name in names
     return asked and isinstance(property_.kind.decided, OverGraph)
 
@@ -57,7 +57,7 @@ def _is_timed(property_: Property) -> bool:
     return isinstance(decided, OverGraph) and decided.is_timed
 
 
-def _delay(built: CEngine, closed: ClosedSystem, number: int, memory: int) -> Answer:
+def _measure_delay(built: CEngine, closed: ClosedSystem, number: int, memory: int) -> Answer:
     """Measure a `within` by a clock that runs from one condition to the other."""
     properties = closed.system.properties
     ticks = properties[number].ticks
@@ -71,10 +71,10 @@ def _delay(built: CEngine, closed: ClosedSystem, number: int, memory: int) -> An
     return Answer(number, known=True, violated=late, greatest=greatest)
 
 
-def _of_runs(
+def _decide_runs(
     built: CEngine, numbers: list[int], memory: int, progress: Progress | None
 ) -> Iterator[Answer]:
-    """Decide those that measure no time."""
+    """Decide the properties that measure no time."""
     if not numbers:
         return
     command = [str(built.program), "--memory", str(memory), *built.temporal_options(numbers)]
@@ -91,10 +91,10 @@ def _of_runs(
 
 
 def _remedy(end: End, told: Mapping[str, Any]) -> str:
-    """Return what decides a property that zones left undecided, if that is known.
+    """Return an option that decides a property that zones left undecided, if one is known.
 
-    ``most_discrete`` bounds the states in discrete time: each timer has any remaining time. A
-    program that had no time to begin has not counted them.
+    ``most_discrete`` bounds the number of states in discrete time: each timer has any remaining
+    time. A program that ran out of time before its start has not counted them.
     """
     most = told.get("most_discrete", 0)
     if 0 < most <= FEW:
@@ -104,9 +104,9 @@ def _remedy(end: End, told: Mapping[str, Any]) -> str:
 
 
 def cycle_place(trail: Trail, count: int) -> int:
-    """Return the place in a trail of the last so many steps, and of the time that passes before.
+    """Return the index in a trail of the last ``count`` steps, with the time before them.
 
-    In a path through zones the passing of time is no step, in its trail it is.
+    In a path through zones the passing of time is not a step; in its trail it is.
     """
     at = len(trail)
     while count:

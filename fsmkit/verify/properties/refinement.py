@@ -1,17 +1,16 @@
-"""Whether a derived chart refines its base: it does nothing that the base cannot do as well.
+"""Decide whether a derived chart refines its base: every trace of it is a trace of the base.
 
-The two run side by side, untimed. Each step of the derived chart is read as a word of what the base
-can see (`verify.properties.refinement_view`); the base, put to the same events, with the same
-inputs and
-results of operations, must be able to show the same word, and then has the same outputs. Of the
-base all states are kept in which it can be after what was seen (subset construction), so what it
-does unseen, or by timeouts, is its own choice.
+The two run side by side, untimed. Each step of the derived chart is read as a word over the events
+and calls that the base declares (`verify.properties.refinement_view`). With the same events, inputs
+and results of operations, the base must be able to produce the same word, and then has the same
+outputs. The search keeps all states that the base can be in after the observed word (subset
+construction), so its unobservable steps and its timeouts are free choices.
 
-* An event that the base answers where it is must be answered alike.
-* One that it passes over there, or does not know, must show nothing, and may change what is unseen.
-* What the derived chart passes over shows nothing: it may refuse.
-* A free group may show anything, unless the base answers its stimulus. If it leaves the abstract
-  state, the base is put where the derived chart is after the step.
+* An event that the base handles in its state must be handled alike.
+* One that it discards there, or does not know, must show nothing; it may change unobservable data.
+* An event that the derived chart discards shows nothing: refusal is allowed.
+* A free group may show anything, unless the base handles its stimulus. If it leaves the abstract
+  state, the base continues in the state of the derived chart after the step.
 
 Source: trace refinement of CSP (A. W. Roscoe, The Theory and Practice of Concurrency, 1997).
 """
@@ -43,8 +42,8 @@ MOST_UNSEEN = 64
 Inputs = Callable[[str], Value]
 
 
-class _Lazy(tuple[Value, ...]):  # noqa: SLOT001  (a tuple cannot have any)
-    """Inputs of which each is chosen when it is read first."""
+class _LazyInputs(tuple[Value, ...]):  # noqa: SLOT001  (a tuple cannot have any)
+    """Inputs, each chosen when it is read first."""
 
     names: tuple[str, ...]
     read: Inputs
@@ -56,7 +55,7 @@ class _Lazy(tuple[Value, ...]):  # noqa: SLOT001  (a tuple cannot have any)
 
 
 def _lazy(chart: Chart, read: Inputs) -> tuple[Value, ...]:
-    found = _Lazy(default_value(declared.type) for declared in chart.inputs)
+    found = _LazyInputs(default_value(declared.type) for declared in chart.inputs)
     found.names = tuple(declared.name for declared in chart.inputs)
     found.read = read
     return found
@@ -67,13 +66,13 @@ class _Different(Exception):  # noqa: N818  (not an error: the base does somethi
 
 
 class _Follower:
-    """The host of a base: it calls what was called, in that order, and is answered alike."""
+    """The host of a base: it accepts the same calls, and returns the same results."""
 
     def __init__(self, expected: Iterator[Shown]) -> None:
         self._expected = expected
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Answer as the derived chart was answered; `_Different` if it called something else."""
+        """Return the result that the derived chart got. Raises `_Different` for another call."""
         for shown in self._expected:
             if not shown.is_operation:
                 continue
@@ -85,7 +84,7 @@ class _Follower:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """A step of the derived chart on the way to a violation: what it was, what it showed."""
+    """A step of the derived chart on the path to a violation: its stimulus and its word."""
 
     done: Macrostep
     word: Word
@@ -93,10 +92,10 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """What was found.
+    """The result of a comparison.
 
-    ``path``: a shortest way to a step that the base cannot take, ``bases`` where the base can be
-    before it. ``doubt``: why there may be one though none was found.
+    ``path``: a shortest path to a step that the base cannot take. ``bases``: the possible states of
+    the base before it. ``doubt``: why there may be a violation although none was found.
     """
 
     derived: Chart
@@ -110,13 +109,13 @@ class Refinement:
 
     @property
     def violated(self) -> bool:
-        """Whether the derived chart does what the base cannot."""
+        """Whether the derived chart has a trace that the base does not have."""
         return bool(self.path)
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A state of the derived chart, and those in which the base can be after what was seen."""
+    """A state of the derived chart, and the possible states of the base after the same word."""
 
     derived: Snapshot
     bases: tuple[Snapshot, ...]
@@ -126,7 +125,7 @@ class Search:
     """Takes the steps of a derived chart, and follows them in its base."""
 
     def __init__(self, derived: Chart, base: Chart) -> None:
-        """Match the names of both; refuse what is not compared."""
+        """Match the names of both; reject charts that cannot be compared."""
         for chart in (derived, base):
             for invocation in chart.invocations:
                 raise fail(
@@ -136,8 +135,8 @@ class Search:
                     help="compare the invoked charts by themselves",
                 )
         self.derived, self.base = derived, base
-        self.closed, self.steps = _ready(derived)
-        _, self.base_steps = _ready(base)
+        self.closed, self.steps = _prepare(derived)
+        _, self.base_steps = _prepare(base)
         self.seen = Words(derived, base)
         self.plain = Words(base, base)
         self.taken = 0
@@ -167,7 +166,7 @@ class Search:
     # --- the derived chart ---------------------------------------------------------------------
 
     def moves(self, pair: Pair | None) -> Iterator[tuple[Move, Pair]]:
-        """Yield the steps of a pair, None before the start; the pair they lead to, or no bases."""
+        """Yield the steps of a pair, None before the start; the successor pair, or no bases."""
         for what in self._possible(pair):
             chooser = Chooser(self.closed.results[0])
             runs, more = 0, True
@@ -201,14 +200,14 @@ class Search:
 
     def _take(self, pair: Pair | None, what: Step, chooser: Chooser) -> tuple[Move, Pair] | None:
         before = self.steps.initial(0) if pair is None else pair.derived
-        chooser.begin()
+        chooser.start_step()
         read = self._reader(chooser)
         done = self.steps.perform(
             0, replace(before, inputs=_lazy(self.derived, read)), what, chooser
         )
         if done is None or (what.action is Action.EVENTLESS and not done.microsteps):
             return None
-        after = kept(self.steps, self.derived, done.after)
+        after = state_of(self.steps, self.derived, done.after)
         word = self.seen.word(done)
         bases = self._started(word, read) if pair is None else self._follow(pair, word, after, read)
         wanted = self.seen.outputs(after)
@@ -222,12 +221,14 @@ class Search:
         before = replace(self.base_steps.initial(0), inputs=_lazy(self.base, read))
         shown = [s for group in word for s in group.shown]
         try:
-            done = self.base_steps.perform(0, before, Step(Action.START), _Following(iter(shown)))
+            done = self.base_steps.perform(
+                0, before, Step(Action.START), _ReplayChooser(iter(shown))
+            )
         except _Different:
             return ()
         if done is None or shown_in(self.plain.word(done)) != tuple(shown):
             return ()
-        return (kept(self.base_steps, self.base, done.after),)
+        return (state_of(self.base_steps, self.base, done.after),)
 
     def _follow(
         self, pair: Pair, word: Word, after: Snapshot, read: Inputs
@@ -236,13 +237,13 @@ class Search:
         for base in pair.bases:
             for reached in self._match(base, word, read, 0):
                 resynced = self.seen.seen(after) if reached is None else reached
-                found[kept(self.base_steps, self.base, resynced)] = None
+                found[state_of(self.base_steps, self.base, resynced)] = None
         return tuple(found)
 
     def _match(
         self, base: Snapshot, word: Word, read: Inputs, unseen: int
     ) -> Iterator[Snapshot | None]:
-        """Yield where the base is after a word; None: where the derived chart is."""
+        """Yield the states of the base after a word; None: the state of the derived chart."""
         if not word:
             yield base
             return
@@ -266,9 +267,9 @@ class Search:
     def _answer(
         self, base: Snapshot, event: Occurrence, word: Word, read: Inputs
     ) -> Macrostep | None:
-        """Return the answer of the base to an event; None if it has none.
+        """Return the reaction of the base to an event; None if it has none.
 
-        Where it does something else than was seen, the answer has no microsteps.
+        If its word is not the observed one, the reaction has no microsteps.
         """
         before = replace(base, inputs=_lazy(self.base, read))
         try:
@@ -279,10 +280,10 @@ class Search:
         return done if answered else None
 
     def _on(self, done: Macrostep, word: Word, read: Inputs) -> Iterator[Snapshot | None]:
-        """Go on after a step of the base, if it shows what the word begins with."""
+        """Continue after a step of the base, if the word starts with its effects."""
         rest = without(word, self.plain.word(done)) if done.microsteps else None
         if rest is not None:
-            after = kept(self.base_steps, self.base, done.after)
+            after = state_of(self.base_steps, self.base, done.after)
             yield from self._match(after, rest, read, 0)
 
     def _spontaneous(
@@ -295,7 +296,7 @@ class Search:
         for what in steps:
             before = replace(base, inputs=_lazy(self.base, read))
             try:
-                following = _Following(iter(shown_in(word)))
+                following = _ReplayChooser(iter(shown_in(word)))
                 done = self.base_steps.perform(0, before, what, following)
             except _Different:
                 continue
@@ -304,13 +305,13 @@ class Search:
             if self.plain.word(done):
                 yield from self._on(done, word, read)
             else:
-                after = kept(self.base_steps, self.base, done.after)
+                after = state_of(self.base_steps, self.base, done.after)
                 if after != base:
                     yield from self._match(after, word, read, unseen + 1)
 
 
-class _Following(_Follower, Chooser):
-    """A follower where the steps of the explorer want what makes choices."""
+class _ReplayChooser(_Follower, Chooser):
+    """A follower in place of the explorer's source of choices."""
 
     def __init__(self, expected: Iterator[Shown]) -> None:
         Chooser.__init__(self)
@@ -323,7 +324,7 @@ def _spontaneous_steps(closed: ClosedSystem) -> list[Step]:
     return [Step(Action.OCCUR, 0, number) for number, each in possible if each.spontaneous]
 
 
-def _ready(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:
+def _prepare(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:
     """Return a chart alone, untimed, whose inputs are chosen when they are read."""
     closed = close(system_of(chart), untimed=True, keeps_dead=True, observed=True)
     alone = replace(closed.system, is_open=False, properties=())
@@ -331,8 +332,8 @@ def _ready(chart: Chart) -> tuple[ClosedSystem, LocalSteps]:
     return ready, LocalSteps(ready)
 
 
-def kept(steps: LocalSteps, chart: Chart, snapshot: Snapshot) -> Snapshot:
-    """Return what counts as state of a chart."""
+def state_of(steps: LocalSteps, chart: Chart, snapshot: Snapshot) -> Snapshot:
+    """Return the part of a snapshot that is state of a chart."""
     inputs = tuple(declared.init.value for declared in chart.inputs)
     return replace(steps.settled(0, replace(snapshot, inputs=inputs)), inputs=inputs)
 
@@ -347,7 +348,7 @@ def refines(
 ) -> Refinement:
     """Decide whether a chart refines another.
 
-    It is given up at the ``deadline``; without one, after ``seconds`` (0: never).
+    The search stops at the ``deadline``; without one, after ``seconds`` (0: never).
     """
     began = time.monotonic()
     deadline = deadline or Deadline(seconds)
@@ -370,7 +371,7 @@ def refines(
             for move, reached in search.moves(pair):
                 if not reached.bases:
                     bases = () if pair is None else pair.bases
-                    yield result((*_way(origins, pair), move), bases)
+                    yield result((*_path_to(origins, pair), move), bases)
                 if reached not in origins:
                     origins[reached] = pair, move
                     waiting.append(reached)
@@ -400,7 +401,7 @@ def refines(
     return result()
 
 
-def _way(origins: dict[Pair, tuple[Pair | None, Move | None]], pair: Pair | None) -> list[Move]:
+def _path_to(origins: dict[Pair, tuple[Pair | None, Move | None]], pair: Pair | None) -> list[Move]:
     found: list[Move] = []
     while pair is not None:
         pair, move = origins[pair]

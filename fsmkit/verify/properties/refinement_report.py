@@ -1,4 +1,4 @@
-"""A comparison of two charts as text and as data."""
+"""Format a comparison of two charts as text and as data."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fsmkit.verify.report.verdict import Verdict
 
 
 def verdict_of(found: Refinement) -> Verdict:
-    """Return whether the chart does only what its base can do."""
+    """Return the verdict on "the chart refines its base"."""
     if found.violated:
         return Verdict.VIOLATED
     return Verdict.UNDECIDED if found.doubt else Verdict.HOLDS
@@ -31,8 +31,8 @@ def _claim(found: Refinement) -> str:
     return f"`{found.derived.name}` refines `{found.base.name}`"
 
 
-def tell(found: Refinement, findings: Findings) -> None:
-    """Add what is not proved to the findings."""
+def add_findings(found: Refinement, findings: Findings) -> None:
+    """Add a violation, or the reason for an undecided verdict, to the findings."""
     span = _place(found)
     if found.violated:
         message = f"`{found.derived.name}` does what `{found.base.name}` cannot do"
@@ -42,7 +42,7 @@ def tell(found: Refinement, findings: Findings) -> None:
 
 
 def _place(found: Refinement) -> Span:
-    """Return where the first transition of the last step stands; without one, the chart."""
+    """Return the location of the first transition of the last step; without one, the chart's."""
     chart = found.derived
     steps = found.path[-1].done.microsteps if found.path else ()
     taken = [t for small in steps for t in small.transitions]
@@ -57,7 +57,7 @@ def summary(found: Refinement) -> RenderableType:
     if found.violated:
         parts += [_steps(found), Text(_why(found)), Text()]
     compared = (
-        f"compared: {found.pairs:,} pairs of a state and what the base may be in, {found.steps:,} "
+        f"compared: {found.pairs:,} pairs of a state and the base's states, {found.steps:,} "
         f"steps; {found.seconds:.1f} s (interpreter, in Python)"
     )
     return Group(*parts, last, Text(compared, style="dim"), Text("untimed", style="dim"))

@@ -1,10 +1,9 @@
-"""What a base can see of a step of a derived chart, and where the derived chart is at liberty.
+"""The observable word of a derived chart's step, in terms of its base.
 
-A macrostep is a word of groups, one for each microstep. What a group shows are the operations
-called and the events sent, as far as the base declares them, but not what entering and leaving
-states does with which the derived chart fills an abstract state of the base. A group begins with a
-*stimulus* if it answers an event that enters the base. It is *free* if a transition in it starts in
-such a state.
+A macrostep is a word of groups, one for each microstep. A group shows the called operations and the
+sent events that the base declares. It omits the entry and exit actions of states that the derived
+chart adds inside an abstract state of the base. A group starts with a *stimulus* if it handles an
+event that enters the base. It is *free* if a transition in it starts in such a state.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from fsmkit.runtime.interpreter.index import index_of
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """Something that can be seen: an operation called, or an event sent; what it carries."""
+    """An observable effect: a called operation or a sent event, with its values."""
 
     is_operation: bool
     name: str
@@ -31,14 +30,14 @@ class Shown:
 
 @dataclass(frozen=True, slots=True)
 class Stimulus:
-    """An event of the base, by its number there, that was answered."""
+    """A handled event of the base, by its number there."""
 
     event: snap.Occurrence
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """What one microstep shows. ``leaves``: it goes on in another state of the base."""
+    """The effects of one microstep. ``leaves``: it continues in another state of the base."""
 
     stimulus: Stimulus | None
     shown: tuple[Shown, ...]
@@ -50,7 +49,7 @@ Word = tuple[Group, ...]
 
 
 class Words:
-    """Reads the steps of a chart as a base sees them."""
+    """Reads the steps of a chart as words of its base."""
 
     def __init__(self, chart: Chart, base: Chart) -> None:
         """Match the names of both."""
@@ -65,7 +64,7 @@ class Words:
         self._own = tuple(map(self._is_own, chart.transitions))
 
     def _leaf_of(self, state: int) -> int | None:
-        """Return the state, filled by this chart, that a state is in; None if in none."""
+        """Return the abstract state, filled by this chart, that contains a state, or None."""
         around = (state, *self.chart.ancestors(state))
         return next((s for s in around if s in self._leaves), None)
 
@@ -82,7 +81,7 @@ class Words:
         )
 
     def word(self, done: snap.Macrostep) -> Word:
-        """Return the word of a macrostep, without what shows nothing and answers nothing."""
+        """Return the word of a macrostep, without groups that have no effect and no stimulus."""
         groups = (self._group(small) for small in done.microsteps)
         return tuple(g for g in groups if g.stimulus is not None or g.shown or g.leaves)
 
@@ -144,7 +143,7 @@ class Words:
         return tuple(snapshot.data[slots[o.name]] for o in self.base.outputs if o.name in slots)
 
     def seen(self, snapshot: snap.Snapshot) -> snap.Snapshot:
-        """Return the base where a derived chart is: states and data of the same names."""
+        """Return the corresponding state of the base: states and data of the same names."""
         base, numbers = self.base, self.base.state_index
         ids = {self.chart.states[s].id for s in snapshot.configuration}
         active = frozenset({0} | {numbers[i] for i in ids if i in numbers})
@@ -189,12 +188,12 @@ def _written(chart: Chart, t: Transition) -> tuple[object, ...]:
 
 
 def shown_in(word: Word) -> tuple[Shown, ...]:
-    """Return all that a word shows."""
+    """Return all effects in a word."""
     return tuple(shown for group in word for shown in group.shown)
 
 
 def without(word: Word, done: Word) -> Word | None:
-    """Return what is left of a word after what the base did; None if that is something else."""
+    """Return the rest of a word after a step of the base; None if they differ."""
     left = list(word)
     for place, group in enumerate(done):
         while left and left[0].free and place and not _agree(left[0], group):

@@ -1,4 +1,4 @@
 """Reports: an Exploration in, verdicts, counterexamples and their pictures out.
 
-A path is shown only after the interpreter has performed it.
+The interpreter performs each path before it is shown.
 """

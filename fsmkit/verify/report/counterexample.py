@@ -1,4 +1,4 @@
-"""A path as people read it: who did what, when; replayed in the interpreter while it is written."""
+"""Convert a path to readable steps: machine, cause, effects, time; the interpreter replays it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.trace import texts_of, trace_lines, value_text
 from fsmkit.system.freezes import Hold, cause_of
 from fsmkit.system.shared import type_of_slot, written_value
-from fsmkit.verify.statespace.actions import Action, Chooser, Message, Step, Who
+from fsmkit.verify.statespace.actions import Action, Chooser, Message, Mover, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Trail
 from fsmkit.verify.statespace.local_steps import LocalSteps
@@ -25,7 +25,7 @@ from fsmkit.verify.statespace.sessions import effects_within
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """Something that went from one machine to another: ``what`` as people write it."""
+    """A message from one machine to another; ``what`` is its text."""
 
     target: str
     what: str
@@ -38,8 +38,8 @@ class TraceStep:
 
     ``at``: whole microseconds since the start; None in an untimed exploration. ``machine`` is empty
     while time passes. ``before`` and ``after``: the active leaves of the machine. ``lines`` are
-    those of the trace, the same for every runtime; ``chosen`` are the inputs that were given
-    another value than before, and the results of operations.
+    those of the trace, the same for every runtime. ``chosen``: inputs with new values, and results
+    of operations.
     """
 
     at: int | None
@@ -60,7 +60,7 @@ class TraceStep:
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A path; with ``loop``, its steps from that number on repeat for ever."""
+    """A path. ``loop``: the number of the step from which on the steps repeat forever."""
 
     steps: tuple[TraceStep, ...]
     trail: Trail = ()
@@ -76,17 +76,17 @@ class Counterexample:
 
 
 class ReplayError(Exception):
-    """A step of a path cannot be taken: the engines disagree."""
+    """A step of a path is not possible: the engines disagree."""
 
 
 class Replay:
     """Performs steps of a closed system in the interpreter, one after another.
 
-    Its data are those that real machines have: none is reset because it is dead.
+    Its data are those of real machines: dead data are not reset.
     """
 
     def __init__(self, closed: ClosedSystem) -> None:
-        """Stand before the start."""
+        """Start before the first step."""
         self._closed = closed
         self._local = LocalSteps(replace(closed, mortal=()))
         self._machines = closed.system.machines
@@ -106,9 +106,9 @@ class Replay:
         return list(self.walk(trail))
 
     def walk(self, trail: Trail) -> Iterator[TraceStep]:
-        """Perform a path from the start; after each step the machines are as it left them.
+        """Perform a path from the start; after each step the machines are in its final state.
 
-        The events that are sent while the machines start come to the queues with the last start.
+        The events sent during the start of the machines reach the queues with the last start.
         """
         if trail:
             yield from self._start(trail[0])
@@ -118,7 +118,7 @@ class Replay:
 
     @property
     def snapshots(self) -> tuple[snap.Snapshot, ...]:
-        """The machines as they are now."""
+        """The current machines."""
         return tuple(self._snapshots)
 
     @property
@@ -165,7 +165,7 @@ class Replay:
             name = self._machines[machine].name
             raise ReplayError(f"the interpreter has no step `{step.action.value}` of `{name}` here")
         holds = self._closed.holds(self._snapshots)
-        who = Who.INTERNAL if step.action is not Action.OCCUR else Who.ENVIRONMENT
+        who = Mover.INTERNAL if step.action is not Action.OCCUR else Mover.ENVIRONMENT
         outcome = self._local.outcome(machine, before, step, who, done)
         self._snapshots[machine] = outcome.after
         for message in outcome.messages:
@@ -223,8 +223,8 @@ class Replay:
         return Delivery(target.name, f"{name} = {shown}", is_event=False)
 
 
-def checked_lines(chart: Chart, done: snap.Macrostep) -> Iterator[str]:
-    """Yield what the explorer's hooks print for a macrostep: states and transitions by number."""
+def explorer_lines(chart: Chart, done: snap.Macrostep) -> Iterator[str]:
+    """Yield the explorer's output for a macrostep: states and transitions by number."""
     for path, own, effect in effects_within(chart, done):
         match effect:
             case snap.Exited(state):
@@ -246,34 +246,34 @@ def checked_lines(chart: Chart, done: snap.Macrostep) -> Iterator[str]:
                 pass
 
 
-def checked_state(chart: Chart, snapshot: snap.Snapshot) -> Iterator[str]:
-    """Yield what the explorer prints of a machine after a step."""
+def explorer_state(chart: Chart, snapshot: snap.Snapshot) -> Iterator[str]:
+    """Yield the explorer's output for a machine after a step."""
     for variable, value in zip((*chart.data, *chart.outputs), snapshot.data, strict=True):
         yield f"d {variable.name} {plain(value)}"
     active = sorted(index_of(chart).leaves & snapshot.configuration)
     yield " ".join(("=", *map(str, active), *(("finished",) if snapshot.finished else ())))
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
         if child is not None:
-            for line in checked_state(invocation.chart, child):
+            for line in explorer_state(invocation.chart, child):
                 yield f"{invocation.id}: {line}"
 
 
 @telling
-def checked(chart: Chart, told: TraceStep) -> tuple[str, ...]:
-    """Return what generated C prints for a step of a machine."""
+def explorer_step(chart: Chart, told: TraceStep) -> tuple[str, ...]:
+    """Return the output of generated C for a step of a machine."""
     if told.done is None or told.state is None:
         return ()
-    return (*checked_lines(chart, told.done), *checked_state(chart, told.state))
+    return (*explorer_lines(chart, told.done), *explorer_state(chart, told.state))
 
 
-def as_explored(
+def explorer_output(
     closed: ClosedSystem,
     steps: Iterable[TraceStep],
     shown: Callable[[int, snap.Snapshot], Iterable[str]],
 ) -> Iterator[tuple[str, ...]]:
-    """Yield what the explorer prints for each step: of data only what counts as state.
+    """Yield the explorer's output for each step, which has only data that count as state.
 
-    ``shown``: what it prints of a machine, by number.
+    ``shown``: its output for a machine, by number.
     """
     local = LocalSteps(closed)
     for told in steps:
@@ -282,18 +282,18 @@ def as_explored(
             continue
         chart = closed.charts[told.step.machine]
         after = local.settled(told.step.machine, told.done.after)
-        yield (*checked_lines(chart, told.done), *shown(told.step.machine, after))
+        yield (*explorer_lines(chart, told.done), *shown(told.step.machine, after))
 
 
 def plain(value: Value) -> str:
-    """Return a value as the explorer prints it."""
+    """Return a value in the explorer's format."""
     if isinstance(value, tuple):
         return " ".join(("[", *texts_of(value, plain), "]"))
     return value_text(value)
 
 
 def cause(chart: Chart, step: Step, done: snap.Macrostep, closed: ClosedSystem) -> str:
-    """Return what caused a step, in words."""
+    """Return the cause of a step, in words."""
     if step.action is not Action.START and step.machine in closed.freezers.values():
         return cause_of(chart, done.microsteps[0].transitions[0])
     match done.event:
@@ -315,7 +315,7 @@ def cause(chart: Chart, step: Step, done: snap.Macrostep, closed: ClosedSystem) 
 
 @telling
 def occurrence_text(chart: Chart, occurrence: snap.Occurrence) -> str:
-    """Return an event with its payload as people write it."""
+    """Return an event with its payload as text."""
     event = chart.events[occurrence.event]
     return f"{event.name}{_values(event.fields, occurrence.payload, chart.capacities.tick)}"
 
@@ -343,7 +343,7 @@ def write(closed: ClosedSystem, trail: Trail, cycle: Trail = ()) -> Counterexamp
 
 
 def as_json(found: Counterexample) -> list[Mapping[str, object]]:
-    """Return the steps as the command line's JSON tells them."""
+    """Return the steps in the form of the command line's JSON."""
     return [
         {
             "at": step.at,

@@ -1,4 +1,4 @@
-"""A report as data: what ``fsmkit check --json`` prints."""
+"""A report as data, for ``fsmkit check --json``."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def document(found: Report) -> Mapping[str, object]:
 
 
 def _searched(found: Report) -> Mapping[str, object]:
-    """Return how states were found and kept."""
+    """Return the search procedure and the storage of states."""
     explored, diagram = found.exploration, found.exploration.diagram
     if diagram is None:
         return {"engine": Search.EXPLICIT.value}
@@ -77,7 +77,7 @@ def _searched(found: Report) -> Mapping[str, object]:
 
 
 def _stored(explored: Exploration, table: LossyTable | None) -> Mapping[str, object]:
-    """Return the storage, and bounds on what it may have missed (null: without bound)."""
+    """Return the storage, and bounds on the states it may have missed (null: without bound)."""
     if table is None:
         return {"kind": Storage.EXACT.value}
     match = table.match_probability
@@ -92,7 +92,7 @@ def _stored(explored: Exploration, table: LossyTable | None) -> Mapping[str, obj
 
 
 def time_of(found: Report) -> str:
-    """Return how time passed: ``zones``, ``discrete``, ``untimed``; ``none`` without delays."""
+    """Return the model of time: ``zones``, ``discrete``, ``untimed``; ``none`` without delays."""
     closed = found.closed
     if closed.untimed:
         return "untimed"

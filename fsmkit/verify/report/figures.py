@@ -1,4 +1,4 @@
-"""Numbers of states, which may be beyond all bounds, as text."""
+"""Format numbers of states, which may be of any size."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ DIGITS = 3
 
 
 def count_text(count: int) -> str:
-    """Return a count with thousands apart, as ``970,679,981``; a longer one as ``2.05e53``."""
+    """Return a count with separated thousands, as ``970,679,981``; a long one as ``2.05e53``."""
     if count < 10**SHOWN:
         return f"{count:,}"
     exponent = _digits(count) - 1
-    leading = count // 10 ** (exponent - DIGITS)  # one digit more than is shown
+    leading = count // 10 ** (exponent - DIGITS)  # one digit more than shown
     rounded = (leading + 5) // 10
     if rounded >= 10**DIGITS:
         rounded, exponent = rounded // 10, exponent + 1
@@ -25,7 +25,7 @@ def count_text(count: int) -> str:
 
 
 def count_in_json(count: int) -> int | str:
-    """Return a count for JSON: a number, or where that would be too long its decimal digits."""
+    """Return a count for JSON: a number, or its decimal digits if it is too long for one."""
     if count < 10**MOST_DIGITS:
         return count
     parts = []
@@ -36,6 +36,6 @@ def count_in_json(count: int) -> int | str:
 
 
 def _digits(count: int) -> int:
-    """Return how many decimal digits a number has."""
+    """Return the number of decimal digits."""
     about = int(count.bit_length() * math.log10(2))
     return about + int(count >= 10**about)

@@ -1,4 +1,4 @@
-"""The traces of a report as files: sequence diagrams in the notation that a suffix tells."""
+"""Draw the traces of a report as sequence diagrams; the suffix of the file is the notation."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ NOTATIONS: Mapping[str, Callable[[Sequence], str]] = {
 
 
 def require_notation(path: Path) -> None:
-    """Raise a diagnostic where the suffix of a file tells no notation."""
+    """Raise `FsmkitError` if no notation has the suffix of a file."""
     if path.suffix.lower() not in NOTATIONS:
         raise fail(
             "unknown-suffix",
-            f"the suffix `{path.suffix}` of `{path.name}` tells no kind of sequence diagram",
+            f"no kind of sequence diagram has the suffix `{path.suffix}` of `{path.name}`",
             help=f"use one of {', '.join(NOTATIONS)}",
         )
 
 
 def pictures(report: Report, path: Path) -> dict[Path, str]:
-    """Return a diagram of each trace: at ``path``, or with several beside it, by property."""
+    """Return a diagram of each trace: at ``path``, or if there are several, in files beside it."""
     draw = NOTATIONS[path.suffix.lower()]
     return {
         file: draw(sequence(report.closed, result, result.trace))
-        for file, result in placed(report, path).items()
+        for file, result in trace_files(report, path).items()
         if result.trace is not None
     }
 
 
-def placed(report: Report, path: Path) -> dict[Path, Result]:
+def trace_files(report: Report, path: Path) -> dict[Path, Result]:
     """Return the results that have a trace, each with its file.
 
-    One alone has the path that was named; of several each has the name of its property added:
-    ``cell.svg`` becomes ``cell_P2.svg``.
+    A single one has the given path; several have the name of the property added: ``cell.svg``
+    becomes ``cell_P2.svg``.
     """
     shown = [r for r in report.results if r.trace is not None and r.trace.steps]
     if len(shown) == 1:

@@ -1,4 +1,4 @@
-"""A counterexample as a sequence diagram: each machine a lifeline, each connection an arrow."""
+"""Convert a counterexample to a sequence diagram: machines are lifelines, messages arrows."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from fsmkit.verify.report.sequences.model import (
     Cause,
     Lifeline,
     Part,
-    Repeated,
+    Repetition,
     Sequence,
-    Way,
-    folded,
+    Transport,
+    fold_repetitions,
 )
 from fsmkit.verify.report.verdict import Result, Verdict
 from fsmkit.verify.statespace.actions import Action
@@ -34,18 +34,18 @@ CAUSES = {
 
 
 def sequence(closed: ClosedSystem, result: Result, trace: Counterexample) -> Sequence:
-    """Return the diagram of a trace; machines that only start and get no message are left out."""
+    """Return the diagram of a trace, without machines that only start and get no message."""
     return _Writer(closed).write(result, trace)
 
 
 @dataclass(frozen=True, slots=True)
 class _Channel:
-    """A connection that holds or loses messages: its two ends, and the name of what arrives."""
+    """A connection that buffers or loses messages: its two ends, and the received event."""
 
     source: int
     target: int
     event: str
-    way: Way
+    transport: Transport
 
 
 class _Writer:
@@ -55,13 +55,13 @@ class _Writer:
         self._channels = _channels(closed.system)
 
     def write(self, result: Result, trace: Counterexample) -> Sequence:
-        blocks, idle = self._without_idle(list(joined(self._blocks(trace))))
+        blocks, idle = self._without_idle(list(join_messages(self._blocks(trace))))
         loop = trace.loop
         before = tuple(b for b in blocks if loop is None or b.number <= loop)
-        parts = (*folded(before[:-1]), *before[-1:])
+        parts = (*fold_repetitions(before[:-1]), *before[-1:])
         if loop is not None:
             cycle = tuple(block for block in blocks if block.number > loop)
-            parts += (Repeated(cycle, None),) if cycle else ()
+            parts += (Repetition(cycle, None),) if cycle else ()
         violated = result.verdict is Verdict.VIOLATED
         word = "violated" if violated else "reached"
         told = result.text if result.text != result.name else ""
@@ -124,14 +124,14 @@ class _Writer:
         )  # fmt: skip
 
     def _of_channel(self, number: int, step: TraceStep, channel: _Channel) -> Block | None:
-        """Return what a connection did with a message: nothing is shown where it only keeps it."""
+        """Return the action of a connection on a message; nothing while it buffers."""
         lost = "loses() = true" in step.chosen
         if step.deliveries:
             text = step.deliveries[0].what
-            arrow = Arrow(channel.source, channel.target, text, channel.way, Part.ARRIVES)
+            arrow = Arrow(channel.source, channel.target, text, channel.transport, Part.ARRIVES)
         elif lost:
             text = _renamed(step.cause, channel.event)
-            arrow = Arrow(channel.source, channel.target, text, channel.way, Part.LOST)
+            arrow = Arrow(channel.source, channel.target, text, channel.transport, Part.LOST)
         else:
             return None
         return Block(
@@ -145,7 +145,7 @@ class _Writer:
             if not delivery.is_event:
                 values.setdefault(self._names[delivery.target], []).append(delivery.what)
         for target, texts in values.items():
-            yield Arrow(machine, target, ", ".join(texts), Way.VALUE)
+            yield Arrow(machine, target, ", ".join(texts), Transport.VALUE)
         for delivery in step.deliveries:
             if delivery.is_event:
                 yield self._event(machine, delivery)
@@ -158,20 +158,20 @@ class _Writer:
         if channel is None:
             return Arrow(machine, target, delivery.what)
         text = _renamed(delivery.what, channel.event)
-        return Arrow(machine, channel.target, text, channel.way, Part.SENT)
+        return Arrow(machine, channel.target, text, channel.transport, Part.SENT)
 
-    # --- machines that do nothing ---------------------------------------------------------------
+    # --- idle machines --------------------------------------------------------------------------
 
     _dropped: frozenset[int] = frozenset()
 
     def _without_idle(self, blocks: list[Block]) -> tuple[list[Block], list[str]]:
-        """Leave out machines that only start and neither send nor get an event."""
+        """Omit machines that only start and neither send nor get an event."""
         busy = {block.lifeline for block in blocks if block.cause is not Cause.START}
         busy |= {
             end
             for block in blocks
             for arrow in block.arrows
-            if arrow.way is not Way.VALUE
+            if arrow.transport is not Transport.VALUE
             for end in (arrow.source, arrow.target)
         }
         hidden = self._channels.keys() | {
@@ -192,8 +192,8 @@ class _Writer:
         return kept, told
 
 
-def joined(blocks: Iterator[Block]) -> Iterator[Block]:
-    """Yield steps with messages that arrive, or are lost, at once after they were sent as one."""
+def join_messages(blocks: Iterator[Block]) -> Iterator[Block]:
+    """Yield steps, with messages that arrive or are lost at once joined to their sending."""
     last: Block | None = None
     for block in blocks:
         sent = last.arrows[-1] if last is not None and last.arrows else None
@@ -229,19 +229,19 @@ def _channels(system: System) -> dict[int, _Channel]:
         event = system.machines[out.target].chart.events[out.event].name
         lossy = any(operation.name == "loses" for operation in machine.chart.operations)
         late = any(True for _ in delays_of(machine.chart))
-        way = Way.LOSSY if lossy else Way.DELAYED if late else Way.QUEUED
-        found[number] = _Channel(source, out.target, event, way)
+        transport = Transport.LOSSY if lossy else Transport.DELAYED if late else Transport.QUEUED
+        found[number] = _Channel(source, out.target, event, transport)
     return found
 
 
 def _renamed(text: str, event: str) -> str:
-    """Return what a connection was given, under the name that it arrives under."""
+    """Return the message of a connection, under the name of the received event."""
     _, bracket, rest = text.partition("(")
     return f"{event}{bracket}{rest}"
 
 
 def _leaving(lines: tuple[str, ...]) -> Iterator[str]:
-    """Yield what one chart alone sends and calls, out of the lines of its trace."""
+    """Yield the events and calls that leave a single chart, from the lines of its trace."""
     for line in lines:
         what, _, rest = line.partition(" ")
         if what not in ("out", "op"):
@@ -252,8 +252,8 @@ def _leaving(lines: tuple[str, ...]) -> Iterator[str]:
 
 
 def _renumbered(
-    parts: tuple[Block | Repeated, ...], places: dict[int, int]
-) -> tuple[Block | Repeated, ...]:
+    parts: tuple[Block | Repetition, ...], places: dict[int, int]
+) -> tuple[Block | Repetition, ...]:
     def block(found: Block) -> Block:
         line = found.lifeline
         arrows = tuple(
@@ -268,7 +268,7 @@ def _renumbered(
 
     return tuple(
         replace(part, blocks=tuple(map(block, part.blocks)))
-        if isinstance(part, Repeated)
+        if isinstance(part, Repetition)
         else block(part)
         for part in parts
     )

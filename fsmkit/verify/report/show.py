@@ -1,4 +1,4 @@
-"""Verdicts and counterexamples for people, as rich text."""
+"""Format verdicts and counterexamples as rich text."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MOST_STEPS = 400
 
 
 def summary(report: Report, width: int = 0) -> RenderableType:
-    """Return all that is to be said on the terminal, of so many columns (0: it is none)."""
+    """Return the report for a terminal of ``width`` columns (0: not a terminal)."""
     parts: list[RenderableType] = []
     for result in report.results:
         if result.trace is not None and result.verdict is Verdict.VIOLATED:
@@ -60,10 +60,10 @@ def verdicts(report: Report) -> Table:
 
 
 def figures(report: Report) -> Iterator[Text]:
-    """Yield the size of the space, the bounds really used, and what was assumed."""
+    """Yield the size of the space, the used bounds, and the assumptions."""
     found = report.exploration
     if found.end is End.TIME and not found.states:
-        return  # there was no exploration
+        return  # no exploration took place
     if found.diagram is not None:
         yield from _of_diagram(report, found, found.diagram)
         yield from _bounds(report)
@@ -87,7 +87,7 @@ def figures(report: Report) -> Iterator[Text]:
         traffic = found.traffic
         yield Text(
             f"{traffic.told:,} states went to other ranks, in {traffic.sent / traffic.told:.1f} "
-            f"bytes each; {traffic.filtered:,} had gone there lately",
+            f"bytes each; {traffic.filtered:,} had gone there recently",
             "dim",
         )
     if found.table is not None:
@@ -96,7 +96,7 @@ def figures(report: Report) -> Iterator[Text]:
 
 
 def _of_diagram(report: Report, found: Exploration, diagram: Diagram) -> Iterator[Text]:
-    """Yield the size of the space where it was kept as a diagram."""
+    """Yield the size of a space that was stored as a diagram."""
     whole = "all" if found.end is End.COMPLETE else "the first"
     yield Text(
         f"{whole} {count_text(found.states)} states (saturation: {diagram.nodes:,} nodes, "
@@ -109,7 +109,7 @@ def _of_diagram(report: Report, found: Exploration, diagram: Diagram) -> Iterato
 
 
 def _bounds(report: Report) -> Iterator[Text]:
-    """Yield the parameters, the bounds really used, and what was assumed."""
+    """Yield the parameters, the used bounds, and the assumptions."""
     found = report.exploration
     if report.closed.system.parameters:
         given = (f"{name} = {value}" for name, value in report.closed.system.parameters)
@@ -132,7 +132,7 @@ def _bounds_of(machine: Machine, bounds: Figures) -> str:
 
 
 def _joint_name(machines: Sequence[Machine]) -> str:
-    """Return the names of machines that follow each other: those of one array as a range."""
+    """Return the names of consecutive machines: those of one array as a range."""
     names = []
     for array, of_array in groupby(machines, lambda m: m.place and m.place[0]):
         found = list(of_array)
@@ -178,7 +178,7 @@ def diagram(report: Report, result: Result, width: int) -> RenderableType | None
 
 def _how(trace: Counterexample) -> Iterator[Text]:
     if trace.replayed:
-        shorter = "; there may be a shorter way" if trace.is_longer else ""
+        shorter = "; there may be a shorter path" if trace.is_longer else ""
         yield Text(f"replayed in {' and in '.join(trace.replayed)}{shorter}", "dim")
 
 
@@ -187,7 +187,7 @@ def _title(result: Result) -> str:
 
 
 def counterexample(result: Result) -> RenderableType:
-    """Return a counterexample as a table: who did what, when, and what it sent to whom."""
+    """Return a counterexample as a table: machine, cause, time, and sent messages."""
     trace = result.trace
     assert trace is not None  # noqa: S101  (asked for only where there is one)
     count = len(trace.steps)
@@ -210,7 +210,7 @@ def counterexample(result: Result) -> RenderableType:
 
 
 def _grouped(trace: Counterexample) -> Iterator[tuple[int, int, TraceStep]]:
-    """Yield each step with its first and last number; passing time is told once."""
+    """Yield each step with its first and last number; passing time is one row."""
     first = 0
     for number, step in enumerate(trace.steps, 1):
         following = trace.steps[number] if number < len(trace.steps) else None

@@ -1,4 +1,4 @@
-"""The words on a space that was not explored to its end: what fills it, and the ways out."""
+"""Name the part that makes an incompletely explored space large, and how to reduce it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_NAMED = 3
 
 @dataclass(frozen=True, slots=True)
 class _Share:
-    """What a part has to do with the size of a space; without it ``others`` states are left."""
+    """The factor of a part in the size of a space; without it ``others`` states are left."""
 
     machine: int
     chart: Chart
@@ -45,7 +45,7 @@ class _Share:
         }.get(self.part.kind)
         return None if found is None else found[self.part.index]
 
-    def _taken_from(self, name: str) -> tuple[str, ...]:
+    def _source_inputs(self, name: str) -> tuple[str, ...]:
         """Return the inputs that are assigned to a variable; they need not be state themselves."""
         assigned = (
             statement.value
@@ -59,18 +59,18 @@ class _Share:
         if self.variable is not None:
             kind = self.part.kind
             what = f"the {'variable' if kind is Kind.DATA else kind.value} `{self.variable.name}`"
-            taken = () if kind is Kind.INPUT else self._taken_from(self.variable.name)
+            taken = () if kind is Kind.INPUT else self._source_inputs(self.variable.name)
             inputs = ", ".join(f"`{name}`" for name in taken)
             return f"{what}, which takes values of the input {inputs}," if inputs else what
         if self.part.kind is Kind.INVOKED:
             return f"the machine invoked as `{self.chart.invocations[self.part.index].id}`"
         if self.part.kind is Kind.TIMERS:
-            return "what is left of the timers"
+            return "the remaining time of the timers"
         return f"the queue of {self.chart.capacities.queue}"
 
 
-def tell_spread(closed: ClosedSystem, spreads: Sequence[Spread], findings: Findings) -> None:
-    """Name the part that multiplies the space most often, with a way out."""
+def report_spread(closed: ClosedSystem, spreads: Sequence[Spread], findings: Findings) -> None:
+    """Report the part with the largest factor, with a fix."""
     shares = sorted(_shares(closed, spreads), key=lambda share: -share.factor)
     if not shares or shares[0].factor < LEAST:
         return
@@ -81,12 +81,12 @@ def tell_spread(closed: ClosedSystem, spreads: Sequence[Spread], findings: Findi
         if share.factor >= LEAST
     )
     message = (
-        f"{first.name} {_does(closed, first)}: of the first {first.states:,} local states of "
+        f"{first.name} {_effect(closed, first)}: of the first {first.states:,} local states of "
         f"`{machine.name}`, {first.others:,} differ in anything else"
     )
     message += f"; the space is multiplied by {others}, too" if others else ""
     span: Span | None = first.variable.span if first.variable is not None else machine.span
-    findings.add("large-space", message, span, help=_way_out(closed, first))
+    findings.add("large-space", message, span, help=_fix(closed, first))
 
 
 def _shares(closed: ClosedSystem, spreads: Sequence[Spread]) -> Iterator[_Share]:
@@ -96,12 +96,12 @@ def _shares(closed: ClosedSystem, spreads: Sequence[Spread]) -> Iterator[_Share]
             yield _Share(machine, chart, part, spread.states, *counts)
 
 
-def _does(closed: ClosedSystem, share: _Share) -> str:
+def _effect(closed: ClosedSystem, share: _Share) -> str:
     if share.part.kind is not Kind.QUEUE:
         return f"has {share.values:,} values"
     waiting = _waiting(closed, share)
     names = ", ".join(f"`{text}`" for text in waiting)
-    ways = _ways(closed, share, len(waiting))
+    ways = _payload_count(closed, share, len(waiting))
     bound = f"up to {ways}^{share.chart.capacities.queue} orders" if ways else "orders"
     return f"holds {bound} of {names}" if names else f"has {share.values:,} contents"
 
@@ -112,7 +112,7 @@ def _events(share: _Share) -> set[int]:
 
 
 def _waiting(closed: ClosedSystem, share: _Share) -> tuple[str, ...]:
-    """Return the declarations of the events that fill a queue, where it is known which do."""
+    """Return the declarations of the events that fill a queue, if they are known."""
     found = _events(share) or {
         link.event for link in closed.system.event_links if link.target == share.machine
     }
@@ -120,31 +120,31 @@ def _waiting(closed: ClosedSystem, share: _Share) -> tuple[str, ...]:
     return tuple(spell_signature(e.name, e.fields, None) if e.fields else e.name for e in events)
 
 
-def _ways(closed: ClosedSystem, share: _Share, waiting: int) -> int:
-    """Return of how many kinds one waiting event is: with each payload; 0 where that is open."""
+def _payload_count(closed: ClosedSystem, share: _Share, waiting: int) -> int:
+    """Return the number of kinds of one waiting event, payloads included; 0 if it is unknown."""
     deferred = _events(share)
     kinds = sum(p.machine == share.machine and p.event in deferred for p in closed.possible)
     return kinds if kinds >= waiting > 0 and closed.is_open else 0
 
 
-def _way_out(closed: ClosedSystem, share: _Share) -> str:
+def _fix(closed: ClosedSystem, share: _Share) -> str:
     match share.part.kind:
         case Kind.QUEUE:
             less = max(1, min(3, share.chart.capacities.queue - 1))
             return (
                 f"a smaller queue: `capacity: {{queue: {less}}}`, in SCXML "
-                f'`<fk:capacity queue="{less}"/>`; or fewer values in what waits there'
+                f'`<fk:capacity queue="{less}"/>`; or fewer values in the waiting events'
             )
         case Kind.TIMERS:
-            return "let the delays have a greater common divisor; or use `--time untimed`"
+            return "choose delays with a greater common divisor; or use `--time untimed`"
         case Kind.INPUT if closed.keeps_inputs:
             readers = ", ".join(f"`{name}`" for name in _readers(closed, share))
             return (
                 f"inputs count as state since {readers} reads one; evaluate the state or the data "
-                "that the chart has after it, and leave the input out of the property"
+                "that the chart has after it, and remove the input from the property"
             )
         case Kind.INVOKED:
-            return "check that chart by itself, and give it what it needs of this one"
+            return "check that chart separately, with the inputs that it needs from this one"
         case _:
             return (
                 "a type with fewer values, a counter with a bound, or a value that is set back "

@@ -1,9 +1,9 @@
-"""Vacuous properties: they hold because what they speak of never happens.
+"""Detect vacuous properties: they hold because their condition is never true.
 
-``leads_to: [P, Q]`` says nothing if P never holds, ``never: P and R`` nothing if P alone never does
-(Beer, Ben-David, Eisner, Rodeh, *Efficient Detection of Vacuity in Temporal Model Checking*, 2001).
+``leads_to: [P, Q]`` is vacuous if P never holds, ``never: P and R`` if P alone never does (Beer,
+Ben-David, Eisner, Rodeh, *Efficient Detection of Vacuity in Temporal Model Checking*, 2001).
 Whether a first condition holds somewhere is among the marks of an exploration. A part of a
-condition is decided by the states that were entered, in three values: of data nothing is known.
+condition is decided by the entered states, in three values: data are unknown.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from fsmkit.verify.statespace.exploration import Exploration
 
 
 def vacuous(found: Exploration, number: int, property_: Property) -> str:
-    """Return the condition that never holds, as it was written; empty if there is none.
+    """Return the source of the condition that never holds; empty if there is none.
 
     Args:
         found: A complete exploration.
         number: Of the property, in the order of the system.
-        property_: One that holds.
+        property_: A property that holds.
 
     """
     if property_.condition is None or property_.owner is not None or property_.is_existential:
@@ -39,9 +39,9 @@ def vacuous(found: Exploration, number: int, property_: Property) -> str:
 
 
 def _conjuncts(condition: Expr, *, is_negated: bool) -> Iterator[tuple[Expr, bool]]:
-    """Yield the parts that must hold together where a property is violated, if there are several.
+    """Yield the parts that must hold together in a violation, if there are several.
 
-    Each with whether it is its negation that must hold.
+    Each with whether its negation must hold.
     """
     parts = list(_split(condition, is_negated=is_negated))
     if len(parts) > 1:
@@ -62,7 +62,7 @@ def _split(condition: Expr, *, is_negated: bool) -> Iterator[tuple[Expr, bool]]:
 
 
 def _value(part: Expr, atoms: Mapping[str, Atom], found: Exploration) -> bool | None:
-    """Return the value that a condition has in every state; None if it may have both."""
+    """Return the value of a condition in every state; None if it may have both."""
     match part:
         case Literal(bool() as value):
             return value

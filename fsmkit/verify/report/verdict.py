@@ -1,4 +1,4 @@
-"""From what an exploration found to verdicts and findings."""
+"""Derive verdicts and findings from an exploration."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fsmkit.system.schedule import schedule_text
 from fsmkit.system.system import System
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
 from fsmkit.verify.report.figures import count_text
-from fsmkit.verify.report.spread import tell_spread
+from fsmkit.verify.report.spread import report_spread
 from fsmkit.verify.report.vacuity import vacuous
 from fsmkit.verify.statespace.actions import FAULT, FULL, UNHANDLED
 from fsmkit.verify.statespace.closed_system import UNLIMITED, ClosedSystem
@@ -42,7 +42,7 @@ Show = Callable[[tuple[int, ...], tuple[int, ...]], Counterexample | None]
 
 
 class Verdict(Enum):
-    """What is known of a property."""
+    """The verdict on a property."""
 
     HOLDS = "holds"
     VIOLATED = "violated"
@@ -51,9 +51,9 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A property, asked for or not, and its verdict.
+    """A property, requested or built in, and its verdict.
 
-    ``trace``: a counterexample; of a reachable state, the way there.
+    ``trace``: a counterexample; for a reachable state, a path to it.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Report:
-    """What a check tells."""
+    """The result of a check."""
 
     closed: ClosedSystem
     exploration: Exploration
@@ -93,7 +93,7 @@ class Report:
 
 
 ENDS = {
-    End.DECIDED: "the exploration ended once all that was asked for was decided",
+    End.DECIDED: "the exploration ended when all requested properties were decided",
     End.MEMORY: "the memory limit was reached",
     End.TIME: "the time limit was reached",
     End.INTERRUPTED: "the exploration was interrupted",
@@ -104,12 +104,12 @@ ENDS = {
 SAMPLED = 'narrow its range; or name values in a system: `may: ["pump.set(power in {0, 50})"]`'
 MEMORY_RAN_OUT = "memory ran out"
 MANY_COMBINATIONS = (
-    "the symbolic search evaluates at most 1,000,000 combinations of what a property looks at; try "
-    "`--search explicit`, or properties that each look at fewer machines"
+    "the symbolic search evaluates at most 1,000,000 combinations of a property's values; try "
+    "`--search explicit`, or properties that each read fewer machines"
 )
-BY_LOSS = "on the way an event is lost, since what comes from outside does not wait"
+BY_LOSS = "the path loses an event, because external events do not wait"
 NO_WAY = (
-    "it is not shown: memory or time for the way there ran out; allow more with `--memory` or "
+    "it is not shown: memory or time for its path ran out; allow more with `--memory` or "
     "`--timeout`"
 )
 NO_RUN = f"the diagram has a run that violates it, but {NO_WAY}"
@@ -118,24 +118,24 @@ NO_RUN = f"the diagram has a run that violates it, but {NO_WAY}"
 def conclude(
     closed: ClosedSystem, found: Exploration, show: Show, names: frozenset[str], findings: Findings
 ) -> Report:
-    """Return the verdicts; of the properties, those named (none named: all)."""
+    """Return the verdicts on the properties in ``names`` (empty: all)."""
     verdicts = _Verdicts(closed, found, show, findings)
-    results = list(verdicts.unasked())
-    if names:  # of what was not asked for, only what is wrong is told
+    results = list(verdicts.builtin_results())
+    if names:  # of properties that were not requested, report violations only
         results = [result for result in results if result.verdict is Verdict.VIOLATED]
     for index, property_ in enumerate(closed.system.properties):
         if not names or property_.name in names:
             results.append(verdicts.property(index, property_))
-            verdicts.tell_vacuous(index, property_, results[-1])
-    results = [_unless_by_haste(closed, result) for result in results]
+            verdicts.report_vacuous(index, property_, results[-1])
+    results = [_without_lost_events(closed, result) for result in results]
     verdicts.add_findings()
     report = Report(closed, found, tuple(results), findings, tuple(assumptions(closed)))
     for result in results:
-        tell(result, findings)
+        add_finding(result, findings)
     return report
 
 
-def tell(result: Result, findings: Findings) -> None:
+def add_finding(result: Result, findings: Findings) -> None:
     """Add the findings of a verdict."""
     if result.trace is not None and result.trace.differs:
         message = f"the path for `{result.name}` runs differently: {result.trace.differs}"
@@ -149,23 +149,23 @@ def tell(result: Result, findings: Findings) -> None:
 
 
 def _with_reason(result: Result) -> Result:
-    """Return the verdict on something that was seen; if it is not shown, with the reason."""
+    """Return the verdict on a mark that was seen; if no path is shown, with the reason."""
     return result if result.trace is not None else replace(result, reason=NO_WAY)
 
 
-def _unless_by_haste(closed: ClosedSystem, result: Result) -> Result:
-    """Return a verdict; of a run that only haste makes possible there is none.
+def _without_lost_events(closed: ClosedSystem, result: Result) -> Result:
+    """Return the verdict, or an undecided one if the run loses an event.
 
-    A shortest run may lose an event where a longer one does not, so that nothing is decided.
+    A shortest run may lose an event although a longer one does not, so it decides nothing.
     """
-    if not closed.loses_by_haste or result.trace is None or not result.trace.loses:
+    if not closed.can_lose_events or result.trace is None or not result.trace.loses:
         return result
     return replace(result, verdict=Verdict.UNDECIDED, reason=BY_LOSS)
 
 
 @dataclass(frozen=True)
 class _Verdicts:
-    """The verdicts on a system that was explored."""
+    """The verdicts on an explored system."""
 
     closed: ClosedSystem
     exploration: Exploration
@@ -173,18 +173,18 @@ class _Verdicts:
     findings: Findings
 
     @property
-    def _doubt(self) -> str:
-        """Why what was not seen may still be there; empty if it is not."""
+    def _uncertainty(self) -> str:
+        """Why an unseen mark may still exist; empty if it does not."""
         return "; ".join(doubt for doubt in (self._unexplored, self._risk) if doubt)
 
     @property
-    def _doubt_of_graph(self) -> str:
-        """Why nothing is told of what all of the graph decides together; empty if something is."""
+    def _uncertainty_of_graph(self) -> str:
+        """Why properties of the whole graph are unknown; empty if they are known."""
         return self._unexplored or (NEEDS_EXACT if self.exploration.table is not None else "")
 
     @property
     def _risk(self) -> str:
-        """What a search that ended by itself may have missed."""
+        """The states that a complete search may have missed."""
         table, found = self.exploration.table, self.exploration
         if table is None or found.end is not End.COMPLETE:
             return ""
@@ -196,7 +196,7 @@ class _Verdicts:
 
     @property
     def _unexplored(self) -> str:
-        """Why the search did not come to what was not seen; empty if it went everywhere."""
+        """Why the search is incomplete; empty if it is complete."""
         if self.exploration.end is not End.COMPLETE:
             why = f" ({self.exploration.why})" if self.exploration.why else ""
             states = count_text(self.exploration.states)
@@ -208,7 +208,7 @@ class _Verdicts:
     def _absent(
         self, name: str, kind: Kind | None, text: str, span: Span | None, doubt: str
     ) -> Result:
-        """Return the verdict on something bad that was not seen."""
+        """Return the verdict on a fault that was not seen."""
         verdict = Verdict.UNDECIDED if doubt else Verdict.HOLDS
         return Result(name, kind, text, verdict, doubt, span=span)
 
@@ -217,10 +217,10 @@ class _Verdicts:
         return trace and replace(trace, is_longer=mark.is_longer)
 
     def _trace(self, path: tuple[int, ...], cycle: tuple[int, ...] = ()) -> Counterexample | None:
-        """Return what a path shows; None if memory or time for it ran out."""
+        """Return the counterexample of a path; None if memory or time for it ran out."""
         return self.show(path, cycle) if path else None
 
-    # --- what is asked for ---------------------------------------------------------------------
+    # --- requested properties --------------------------------------------------------------------
 
     def property(self, index: int, property_: Property) -> Result:
         """Return the verdict on a property of the system file."""
@@ -237,7 +237,7 @@ class _Verdicts:
                 assert_never(never)
 
     def _at_states(self, index: int, property_: Property) -> Result:
-        """Return the verdict on what is decided by whether a state is marked."""
+        """Return the verdict on a property that marked states decide."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         if property_.is_of_steps and self.closed.zones:
             reason = "`occurs` is not evaluated by zones; try `--time discrete` or `--time untimed`"
@@ -246,7 +246,7 @@ class _Verdicts:
         if diagram is not None and 1 + index in diagram.unknown:
             reason = MANY_COMBINATIONS if not property_.is_of_steps else MEMORY_RAN_OUT
             return Result(name, kind, text, Verdict.UNDECIDED, reason, span=span)
-        doubt = self._doubt_of_monitor(index, property_)
+        doubt = self._uncertainty_of_monitor(index, property_)
         if doubt:
             return Result(name, kind, text, Verdict.UNDECIDED, doubt, span=span)
         mark = self.exploration.mark(1 + index)
@@ -254,17 +254,17 @@ class _Verdicts:
             if mark is not None:
                 trace = self._seen(mark)
                 return _with_reason(Result(name, kind, text, Verdict.HOLDS, trace=trace, span=span))
-            absent = self._absent(name, kind, text, span, self._doubt)
+            absent = self._absent(name, kind, text, span, self._uncertainty)
             if absent.verdict is Verdict.UNDECIDED:
                 return absent
             return Result(name, kind, text, Verdict.VIOLATED, span=span)
         if mark is None:
-            return self._absent(name, kind, text, span, self._doubt)
+            return self._absent(name, kind, text, span, self._uncertainty)
         trace = self._seen(mark)
         return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
-    def _doubt_of_monitor(self, index: int, property_: Property) -> str:
-        """Return why nothing can be told of a monitor; empty if it can, or it is none."""
+    def _uncertainty_of_monitor(self, index: int, property_: Property) -> str:
+        """Return why a monitor's verdict is unknown; empty if it is known, or not a monitor."""
         number = property_.atoms[0][1].machine if property_.atoms else 0
         if not self.closed.system.machines[number].is_monitor:
             return ""
@@ -279,14 +279,14 @@ class _Verdicts:
         return ""
 
     def _temporal(self, index: int, property_: Property, decided: OverGraph) -> Result:
-        """Return the verdict on what the graph decides; of a part of the graph there is none."""
+        """Return the verdict on a property of the graph, which must be complete."""
         name, kind, text, span = property_.name, property_.kind, property_.text, property_.span
         found = self.exploration.answer(index)
-        doubt = self._doubt_of_graph
+        doubt = self._uncertainty_of_graph
         if decided.is_timed and self.closed.untimed:
             doubt = doubt or "time does not count when untimed"
         if not doubt and found.violated and decided.is_fair:
-            doubt = self._doubt_of_turns()
+            doubt = self._uncertainty_of_turns()
         if not doubt and not found.known:
             doubt = found.why or self.exploration.doubt or MEMORY_RAN_OUT
         if doubt:
@@ -300,7 +300,7 @@ class _Verdicts:
         trace = trace and replace(trace, is_longer=found.is_longer)
         return Result(name, kind, text, Verdict.VIOLATED, reason, trace=trace, span=span)
 
-    def _doubt_of_turns(self) -> str:
+    def _uncertainty_of_turns(self) -> str:
         """Return why a run may be unfair that counts as fair; empty if it is not."""
         schedule = self.closed.system.schedule
         order = () if schedule is None else schedule.order
@@ -309,7 +309,7 @@ class _Verdicts:
         return ""
 
     def _seen_of(self, decided: OverGraph, found: Answer) -> str:
-        """Return what is told beside the verdict."""
+        """Return the measured time beside the verdict."""
         if not decided.is_timed:
             return decided.violation if found.violated else ""
         if found.greatest is None:
@@ -323,7 +323,7 @@ class _Verdicts:
             return self._trap(name, kind, span)
         mark = self.exploration.mark(DEADLOCK)
         if mark is None:
-            return self._absent(name, kind, text, span, self._doubt)
+            return self._absent(name, kind, text, span, self._uncertainty)
         trace = self._seen(mark)
         return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
 
@@ -333,11 +333,11 @@ class _Verdicts:
         for path in sorted(self.exploration.traps, key=len):
             trace = self._trace(path)
             if trace is None:
-                doubt = NO_WAY  # and so it is not known whether it counts, as here:
+                doubt = NO_WAY  # so it is unknown whether it counts
             elif len({step.after for step in trace.steps}) > 1 or trace.differs:
                 return Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span)
-            # the chart has never been anywhere else: it works without states
-        return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
+            # the chart was never in another state: it works without states
+        return self._absent(name, kind, text, span, self._uncertainty_of_graph or doubt)
 
     def _livelock(self, name: str, kind: Kind | None, span: Span | None) -> Result:
         text = "the machines never stay busy while no time passes"
@@ -345,39 +345,39 @@ class _Verdicts:
             trace = self._trace(*self.exploration.livelock)
             return _with_reason(Result(name, kind, text, Verdict.VIOLATED, trace=trace, span=span))
         doubt = "" if self.exploration.livelock_known else MEMORY_RAN_OUT
-        return self._absent(name, kind, text, span, self._doubt_of_graph or doubt)
+        return self._absent(name, kind, text, span, self._uncertainty_of_graph or doubt)
 
-    # --- what is said without being asked --------------------------------------------------------
+    # --- properties that are always decided ------------------------------------------------------
 
-    def unasked(self) -> Iterator[Result]:
-        """Yield what is always decided, unless the system asks for it by name."""
+    def builtin_results(self) -> Iterator[Result]:
+        """Yield the properties that are always decided, unless the system lists them."""
         asked = {p.kind.decided for p in self.closed.system.properties}
         if Builtin.DEADLOCK not in asked:
             name = "trap" if self.closed.is_open else "deadlock"
-            yield self._unasked(self._deadlock(name, None, None), name)
+            yield self._builtin_finding(self._deadlock(name, None, None), name)
         if Builtin.LIVELOCK not in asked:
-            yield self._unasked(self._livelock("livelock", None, None), "livelock")
+            yield self._builtin_finding(self._livelock("livelock", None, None), "livelock")
         for machine, instance in enumerate(self.closed.system.machines):
             first = first_mark(self.closed, machine)
             yield from self._bad(
                 first + FAULT, "reachable-fault", f"`{instance.name}` can stop with a fault",
                 f"{instance.name}.fault", instance.span,
             )  # fmt: skip
-            if self.closed.loses_by_haste:
-                continue  # see `_tell_haste`
+            if self.closed.can_lose_events:
+                continue  # see `_report_lost_events`
             yield from self._bad(
                 first + FULL, "queue-overflow", f"a queue of `{instance.name}` can overflow",
                 f"{instance.name}.overflow", instance.span,
             )  # fmt: skip
 
-    def _unasked(self, result: Result, rule: str) -> Result:
+    def _builtin_finding(self, result: Result, rule: str) -> Result:
         if result.verdict is Verdict.VIOLATED and result.trace is not None:
             last = result.trace.steps[-1] if result.trace.steps else None
             active = f" in {', '.join(last.after)}" if last is not None and last.after else ""
             possible = self.closed.system.possible
             may_come = any(not (each.fair or each.spontaneous) for each in possible)
             words = {
-                "deadlock": "nothing happens again, unless an event comes that only `may` come"
+                "deadlock": "nothing happens again, except for events under `may`"
                 if may_come
                 else "nothing can ever happen again",
                 "trap": f"nothing leads out{active}",
@@ -398,40 +398,40 @@ class _Verdicts:
         self.findings.add(rule, message, span)
         yield _with_reason(Result(name, None, message, Verdict.VIOLATED, trace=trace, span=span))
 
-    def _tell_haste(self) -> None:
-        """Warn, once, that events are lost where what comes from outside does not wait."""
+    def _report_lost_events(self) -> None:
+        """Warn, once, that events are lost because external events do not wait."""
         machines, lost = self.closed.system.machines, self.closed.overflowing
-        if self.closed.loses_by_haste:
+        if self.closed.can_lose_events:
             lost = overflowing(self.closed, self.exploration)
         for number in lost:
             name, most = machines[number].name, machines[number].chart.capacities.queue
             self.findings.add(
                 "queue-overflow",
-                f"events to `{name}` are lost if more than {most} come at once",
+                f"events to `{name}` are lost if more than {most} arrive at once",
                 machines[number].span,
                 help="with `--max-pending 1` an external event waits while more than 1 event is "
                 "queued",
                 severity=Severity.WARNING,
             )
 
-    def tell_vacuous(self, index: int, property_: Property, result: Result) -> None:
-        """Warn of a property that holds because what it speaks of never happens."""
+    def report_vacuous(self, index: int, property_: Property, result: Result) -> None:
+        """Warn of a property that holds because its condition is never true."""
         if result.verdict is not Verdict.HOLDS or self.exploration.end is not End.COMPLETE:
             return
-        part = "" if self._doubt else vacuous(self.exploration, index, property_)
+        part = "" if self._uncertainty else vacuous(self.exploration, index, property_)
         if part:
             self.findings.add(
                 "vacuous-property",
                 f"`{property_.name}` holds because `{part}` is never true",
                 property_.span,
-                help="check the condition, or what may come from outside",
+                help="check the condition, or the environment",
             )
 
     def add_findings(self) -> None:
-        """Tell what is never reached, what is lost, and what was only sampled."""
+        """Report dead parts, lost events, and sampled values."""
         for machine, instance in enumerate(self.closed.system.machines):
-            if self.exploration.end is End.COMPLETE and not self._doubt:
-                self._tell_unreached(machine)
+            if self.exploration.end is End.COMPLETE and not self._uncertainty:
+                self._report_dead_parts(machine)
             first = first_mark(self.closed, machine) + UNHANDLED
             lost = [
                 event.name
@@ -440,17 +440,17 @@ class _Verdicts:
             ]
             if lost and not self.closed.is_open:
                 names = ", ".join(f"`{name}`" for name in lost)
-                message = f"{names} can reach `{instance.name}` where nothing answers"
+                message = f"{names} can reach `{instance.name}` where nothing handles it"
                 self.findings.add("unanswered-event", message, instance.span)
-        self._tell_haste()
+        self._report_lost_events()
         if self.exploration.end in UNFINISHED:
-            tell_spread(self.closed, [m.spread for m in self.exploration.machines], self.findings)
+            report_spread(self.closed, [m.spread for m in self.exploration.machines], self.findings)
         for sample, use in self.closed.samples.items():
             message = f"not every value of {sample} is tried: {use.text}"
             self.findings.add("sampled-values", message, use.span, help=SAMPLED)
 
-    def _tell_unreached(self, machine: int) -> None:
-        """Tell of dead parts: of one chart each where it stands, of a system together."""
+    def _report_dead_parts(self, machine: int) -> None:
+        """Report dead parts: for one chart each at its location, for a system together."""
         states = list(never_entered(self.closed, self.exploration, machine))
         transitions = list(never_taken(self.closed, self.exploration, machine))
         instance = self.closed.system.machines[machine]
@@ -477,7 +477,7 @@ class _Verdicts:
 
 
 def overflowing(closed: ClosedSystem, found: Exploration) -> tuple[int, ...]:
-    """Return the machines for which an event was lost since their queue was full."""
+    """Return the machines that lost an event because their queue was full."""
     numbers = range(len(closed.system.machines))
     return tuple(n for n in numbers if found.mark(first_mark(closed, n) + FULL) is not None)
 
@@ -494,7 +494,7 @@ def never_entered(closed: ClosedSystem, found: Exploration, machine: int) -> Ite
 
 
 def never_taken(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[Transition]:
-    """Yield the transitions that are never taken though their source is entered."""
+    """Yield the transitions that are never taken although their source is entered."""
     chart, figures = closed.system.machines[machine].chart, found.machines[machine]
     hoped = error_states(closed.system.machines[machine])
     for transition in chart.transitions:
@@ -508,7 +508,7 @@ def never_taken(closed: ClosedSystem, found: Exploration, machine: int) -> Itera
 
 
 def lines_of(chart: Chart, transitions: Sequence[Transition]) -> str:
-    """Return where transitions stand: ``of `a` at gate.yaml:7 and 9, of `b` at gate.yaml:12``."""
+    """Return the locations of transitions: ``of `a` at gate.yaml:7 and 9``."""
     found: dict[tuple[str, str], list[str]] = {}
     for transition in transitions:
         source = transition.span.source
@@ -553,7 +553,7 @@ def assumptions(closed: ClosedSystem) -> Iterator[str]:
 
 
 def _given_results(closed: ClosedSystem) -> Iterator[str]:
-    """Yield which results an operation is said to return, where its chart names them."""
+    """Yield the declared results of an operation, if its chart declares them."""
     tick = closed.system.machines[0].chart.capacities.tick if closed.system.machines else 1000
     for machine in closed.system.machines:
         for chart in charts_within(machine.chart):

@@ -1,1 +1,1 @@
-"""What a check may use: seconds in, an end in time out. No child outlives its parent."""
+"""The time limit and the child processes of a check. No child outlives its parent."""

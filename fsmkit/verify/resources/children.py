@@ -1,7 +1,7 @@
-"""Children of this process: they end with what they are asked for, and never outlive it.
+"""Run child processes that never outlive this process.
 
-Each is the first of a process group of its own, so that what it starts is ended with it (a compiler
-is several processes), and a key pressed at the terminal reaches only this process.
+Each child leads a process group of its own. Its own children (a compiler has several) end with it,
+and an interrupt key at the terminal reaches only this process.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ CHUNK = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
-    """What a child left: its exit code (negative: the signal that ended it), and its words.
+class ChildResult:
+    """The result of a child: its exit code (negative: the signal that ended it), and its output.
 
-    ``interrupted``: it was, in between.
+    ``interrupted``: it was interrupted in between.
     """
 
     code: int
@@ -48,33 +48,35 @@ def run(
     environment: Mapping[str, str] | None = None,
     line: Callable[[str], None] | None = None,
     stops: bool = False,
-) -> Done:
-    """Run a child to its end; `TimeUp` if it takes longer, `OSError` if it cannot be started.
+) -> ChildResult:
+    """Run a child to its end. Raises `TimeUp` if it takes longer, `OSError` if it cannot start.
 
-    ``line`` is called with each line of its standard error, as it comes. ``stops``: an interrupt is
-    passed on to the child, which then reports its results. If it has not ended after `GRACE`
+    ``line`` is called with each line of its standard error, as it arrives. ``stops``: an interrupt
+    is passed on to the child, which then reports its results. If it has not ended after `GRACE`
     seconds, or at a second interrupt, it is killed.
     """
     end = time.monotonic() + seconds
-    with _started(command, folder, environment) as process:
+    with _start(command, folder, environment) as process:
         out, err = _Words(None), _Words(line)
         interrupted = False
         while True:
             try:
-                return replace(_listened(process, out, err, end), interrupted=interrupted)
+                return replace(_read_output(process, out, err, end), interrupted=interrupted)
             except KeyboardInterrupt:
                 if interrupted or not stops:
                     raise
                 interrupted = True
                 end = min(end, time.monotonic() + GRACE)
-                _tell(process, signal.SIGINT)
+                _signal(process, signal.SIGINT)
             except TimeUp:
                 if not interrupted:
                     raise
-                return Done(-signal.SIGKILL, out.text, err.text, interrupted=True)
+                return ChildResult(-signal.SIGKILL, out.text, err.text, interrupted=True)
 
 
-def _listened(process: subprocess.Popen[bytes], out: _Words, err: _Words, end: float) -> Done:
+def _read_output(
+    process: subprocess.Popen[bytes], out: _Words, err: _Words, end: float
+) -> ChildResult:
     with selectors.DefaultSelector() as ready:
         for pipe, words in ((process.stdout, out), (process.stderr, err)):
             if pipe is not None and not words.ended:
@@ -91,11 +93,11 @@ def _listened(process: subprocess.Popen[bytes], out: _Words, err: _Words, end: f
         code = process.wait(None if end == math.inf else max(0.0, end - time.monotonic()))
     except subprocess.TimeoutExpired:
         raise TimeUp from None
-    return Done(code, out.text, err.text)
+    return ChildResult(code, out.text, err.text)
 
 
 class _Words:
-    """What comes through one pipe."""
+    """The output from one pipe."""
 
     def __init__(self, line: Callable[[str], None] | None) -> None:
         self._line = line
@@ -108,7 +110,7 @@ class _Words:
         return b"".join(self._parts).decode("utf-8", "replace")
 
     def read(self, pipe: int) -> bool:
-        """Read what is there; False at the end."""
+        """Read the available output; False at the end."""
         found = os.read(pipe, CHUNK)
         self._parts.append(found)
         self.ended = not found
@@ -120,7 +122,7 @@ class _Words:
 
 
 @contextmanager
-def _started(
+def _start(
     command: Sequence[str], folder: Path | None, environment: Mapping[str, str] | None
 ) -> Iterator[subprocess.Popen[bytes]]:
     process: subprocess.Popen[bytes] | None = None
@@ -146,17 +148,17 @@ def _started(
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a child and all that it started, unless it was waited for.
+    """End a child and all processes that it started, unless it was waited for.
 
-    Until it is, its number is its own and that of its group.
+    Until then, its process id and that of its group belong to it.
     """
     if process.returncode is not None:
         return
-    _tell(process, signal.SIGTERM)
+    _signal(process, signal.SIGTERM)
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and not _is_over(process):
         time.sleep(0.005)
-    _tell(process, signal.SIGKILL)
+    _signal(process, signal.SIGKILL)
     process.wait()
 
 
@@ -165,6 +167,6 @@ def _is_over(process: subprocess.Popen[bytes]) -> bool:
     return os.waitid(os.P_PID, process.pid, options) is not None
 
 
-def _tell(process: subprocess.Popen[bytes], signal_number: int) -> None:
+def _signal(process: subprocess.Popen[bytes], signal_number: int) -> None:
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal_number)

@@ -1,10 +1,10 @@
-"""One deadline for all that a check does, and where its time went.
+"""One deadline for a whole check, and the time that each stage took.
 
-Work in Python (reading, elaborating, generating) is interrupted wherever it is: a thread that
-sleeps until the deadline raises `TimeUp` in the thread that works (``PyThreadState_SetAsyncExc``),
-so no loop has to look at the clock, and it holds in any thread, which a signal does not. It may
-only be raised where nothing is written outside of memory; that is the body of `Deadline.cut_off`.
-Children are waited for with what time is left, and ended (`verify.resources.children`).
+Work in Python (reading, elaborating, generating) can be interrupted anywhere. A thread that sleeps
+until the deadline raises `TimeUp` in the working thread (``PyThreadState_SetAsyncExc``), so no loop
+has to check the clock, and it works in any thread, which a signal does not. It may only be raised
+where nothing outside of memory is written: in the body of `Deadline.cut_off`. Children get the
+remaining time, and are then ended (`verify.resources.children`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Made = TypeVar("Made")
 
 
 class Stage(Enum):
-    """What a check does, one after the other."""
+    """The stages of a check, one after the other."""
 
     STARTING = "starting"
     """Before the first of the others: the process itself, where it is all for one check."""
@@ -38,14 +38,14 @@ class Stage(Enum):
 
 
 class TimeUp(BaseException):
-    """The deadline has passed; no `Exception`, so that nothing takes it for a failure."""
+    """The deadline has passed; it is no `Exception`, so that nothing handles it as a failure."""
 
 
 class Deadline:
-    """So many seconds from a moment on (0: no end), and how much each stage took of them."""
+    """A number of seconds from an instant on (0: no end), and the time of each stage."""
 
     def __init__(self, seconds: float = 0, began: float | None = None) -> None:
-        """``began``: the moment, by `time.monotonic`; now, unless it is given."""
+        """``began``: the start, by `time.monotonic`; by default now."""
         self.seconds = seconds
         self._began = time.monotonic() if began is None else began
         self._spent: dict[Stage, float] = {}
@@ -54,7 +54,7 @@ class Deadline:
 
     @property
     def left(self) -> float:
-        """Seconds that are left, never less than 0; infinite without an end."""
+        """The remaining seconds, never less than 0; infinite without an end."""
         if not self.seconds:
             return math.inf
         return max(0.0, self._began + self.seconds - time.monotonic())
@@ -70,19 +70,19 @@ class Deadline:
         if not self.left:
             raise TimeUp
 
-    def told(self) -> str:
-        """Return where the time went, as ``reading 0.4 s, compiling 2.6 s``."""
+    def stage_times(self) -> str:
+        """Return the time of each stage, as ``reading 0.4 s, compiling 2.6 s``."""
         spent = self.spent
         return ", ".join(f"{stage.value} {spent[stage]:.1f} s" for stage in Stage if stage in spent)
 
     @property
     def reached(self) -> str:
-        """Why nothing more was done."""
+        """The reason for the end of the check."""
         return f"the time limit of {self.seconds:g} s was reached"
 
     def why(self) -> str:
-        """Return why nothing more was done, and where the time went."""
-        return f"{self.reached} ({self.told()})"
+        """Return the reason for the end of the check, and the time of each stage."""
+        return f"{self.reached} ({self.stage_times()})"
 
     def _count(self) -> None:
         now = time.monotonic()
@@ -92,7 +92,7 @@ class Deadline:
 
     @contextmanager
     def stage(self, stage: Stage) -> Iterator[None]:
-        """Count what is done within as time of a stage; `TimeUp` if none is left at its begin."""
+        """Count the body as time of a stage. Raises `TimeUp` if none is left at its start."""
         self._count()
         before = None if self._stage is Stage.STARTING else self._stage
         self._stage = stage
@@ -104,19 +104,19 @@ class Deadline:
             self._stage = before
 
     def cut_off(self, stage: Stage, work: Callable[[], Made]) -> Made:
-        """Return what the work makes, which touches nothing but memory; `TimeUp` where time ends.
+        """Return the result of ``work``, which only changes memory. Raises `TimeUp`.
 
-        When the watch is over, one may be left that has not come up, and one that it is about to
-        raise: so two can come up while it is waited for, and the third wait is undisturbed.
-        Between the end of the work and the end of the watch none can: there is no call.
+        When the watch ends, one exception may be pending, and another about to be raised. So two
+        can occur during the wait for its end, and the third wait is undisturbed. Between the end of
+        the work and the end of the watch none can: there is no call.
         """
         with self.stage(stage):
             if not self.seconds:
                 return work()
             with _unreported():
-                return self._watched(work)
+                return self._run_watched(work)
 
-    def _watched(self, work: Callable[[], Made]) -> Made:
+    def _run_watched(self, work: Callable[[], Made]) -> Made:
         watch = _Watch(self.left)
         try:
             try:
@@ -138,7 +138,7 @@ class Deadline:
 
 @contextmanager
 def _unreported() -> Iterator[None]:
-    """Report no `TimeUp` that came up where Python ignores exceptions, as in a finalizer.
+    """Suppress the report of a `TimeUp` raised where Python ignores exceptions, as in a finalizer.
 
     It is raised again, so nothing is lost; the report would be a traceback that a user sees.
     """
@@ -157,7 +157,7 @@ def _unreported() -> Iterator[None]:
 
 
 class _Watch:
-    """A thread that raises `TimeUp` in the one that made it, until it is over."""
+    """A thread that raises `TimeUp` in its creator's thread, until it ends."""
 
     def __init__(self, seconds: float) -> None:
         self._worker = ctypes.c_ulong(threading.get_ident())
@@ -168,20 +168,20 @@ class _Watch:
 
     def start(self) -> None:
         thread = threading.Thread(target=self._wait, name="fsmkit deadline", daemon=True)
-        with suppress(RuntimeError):  # no memory for a thread: the work ends for want of it, too
+        with suppress(RuntimeError):  # no memory for a thread: the work will fail for that reason
             thread.start()
 
     def _wait(self) -> None:
         wait = self._seconds
         while not self._ended.wait(wait):
-            self._raising = True  # first this, then a look: the worker does it the other way round
+            self._raising = True  # first this, then the check: the worker does it in reverse order
             if not self.over:
                 _raise_in(self._worker, TimeUp)
             self._raising = False
             wait = AGAIN
 
     def settle(self) -> None:
-        """Wait until nothing is raised any more, and take back what has not come up."""
+        """Wait until nothing is raised any more, and cancel a pending exception."""
         while self._raising:
             time.sleep(0)
         _raise_in(self._worker, None)
@@ -189,6 +189,6 @@ class _Watch:
 
 
 def _raise_in(thread: ctypes.c_ulong, kind: type[BaseException] | None) -> None:
-    """Let an exception come up in a thread at its next step; None: take back one that has not."""
+    """Raise an exception in a thread at its next step; None: cancel a pending one."""
     raised = None if kind is None else ctypes.py_object(kind)
     ctypes.pythonapi.PyThreadState_SetAsyncExc(thread, raised)

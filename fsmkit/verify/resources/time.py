@@ -1,4 +1,4 @@
-"""How time passes in an exploration."""
+"""The models of time of an exploration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""State spaces: a System in, states and their successors by the reference interpreter out.
+"""State spaces: states of a System and their successors, by the reference interpreter.
 
-`closed_system` defines what a state and a step are, once for both engines.
+`closed_system` defines states and steps, once for both engines.
 """

@@ -1,4 +1,4 @@
-"""The words for steps: actions, outcomes, messages, choices (meaning: `closed_system`)."""
+"""The vocabulary of steps: actions, outcomes, messages, choices (see `closed_system`)."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ FULL, FAULT, UNHANDLED = 0, 1, 2
 
 
 def transition_note(chart: Chart, transition: int) -> int:
-    """Return the note of a transition that is taken, where a suite of tests is made."""
+    """Return the note of a taken transition, for a suite of tests."""
     return UNHANDLED + 2 * len(chart.events) + transition
 
 
 def state_note(chart: Chart, state: int) -> int:
-    """Return the note of a state that is entered, where a suite of tests is made."""
+    """Return the note of an entered state, for a suite of tests."""
     return UNHANDLED + 2 * len(chart.events) + len(chart.transitions) + state
 
 
@@ -40,7 +40,7 @@ class TooManyChoices(Exception):  # noqa: N818  (a limit, not an error)
 
 
 class Action(Enum):
-    """What a step is; the names are those of ``core/main.c``."""
+    """The kind of a step; the names are those of ``core/main.c``."""
 
     START = "start"
     TAKE = "take"
@@ -50,8 +50,8 @@ class Action(Enum):
     ELAPSE = "elapse"
 
 
-class Who(Enum):
-    """Who moves in a step: the machines, time, or what is around them."""
+class Mover(Enum):
+    """The mover of a step: the machines, time, or the environment."""
 
     INTERNAL = "internal"
     TIME = "time"
@@ -60,10 +60,11 @@ class Who(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step, so that it can be taken again.
+    """A step, with all data for taking it again.
 
-    ``argument``: of OCCUR the number of what is possible, of FIRE that of the timer (untimed; in
-    zones: in the order in which they were armed). ``ticks``: how long ELAPSE is, 0 for a unit.
+    ``argument``: for OCCUR the number of the external event, for FIRE that of the timer (untimed;
+    in zones: in the order in which they were armed). ``ticks``: the duration of ELAPSE, 0 for a
+    unit.
     """
 
     action: Action
@@ -85,10 +86,10 @@ class Message:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a local step led to."""
+    """The result of a local step."""
 
     step: Step
-    who: Who
+    mover: Mover
     after: Snapshot
     messages: tuple[Message, ...]
     notes: tuple[int, ...]
@@ -96,7 +97,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What the search asks of a local state (``fsm_view`` in core/system/system.h)."""
+    """The facts about a local state that the search uses (``fsm_view`` in core/system/system.h)."""
 
     waiting: int
     awaited: int
@@ -107,19 +108,19 @@ class View:
 
 
 class Chooser:
-    """Makes choices: each sequence in turn, like an odometer; and answers operations with them."""
+    """Enumerates choices, each sequence in turn, like an odometer; and returns results of calls."""
 
     def __init__(
         self, results: Mapping[str, tuple[Value, ...]] | None = None, choices: Sequence[int] = ()
     ) -> None:
-        """Answer by ``results``, operation -> values; begin with the given choices."""
+        """Take the ``results`` of operations; start with the given choices."""
         self.results = results or {}
         self.chosen = list(choices)
         self.limits = [0] * len(self.chosen)
         self.at = 0
 
-    def begin(self) -> None:
-        """Begin a step; the choices stay."""
+    def start_step(self) -> None:
+        """Start a step; the choices remain."""
         self.at = 0
 
     def choose(self, n: int) -> int:
@@ -134,7 +135,7 @@ class Chooser:
         return self.chosen[self.at - 1]
 
     def advance(self) -> bool:
-        """Go to the next sequence of choices; False after the last."""
+        """Advance to the next sequence of choices; False after the last."""
         while self.chosen:
             self.chosen[-1] += 1
             if self.chosen[-1] < self.limits[-1]:
@@ -144,12 +145,12 @@ class Chooser:
         return False
 
     @property
-    def made(self) -> tuple[int, ...]:
+    def sequence(self) -> tuple[int, ...]:
         """The choices of this run, so that it can be taken again."""
         return tuple(self.chosen[: self.at])
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Answer an operation (the `Host` of a step)."""
+        """Return the result of an operation (the `Host` of a step)."""
         del arguments
         values = self.results.get(operation)
         return None if values is None else values[self.choose(len(values))]
@@ -158,8 +159,8 @@ class Chooser:
 class ReadChooser(Chooser):
     """Chooses inputs, too, each when it is read first.
 
-    ``counts``: of each free input how many values it has; ``waiting``: the places of those that
-    are chosen when they are read.
+    ``counts``: the number of values of each free input; ``waiting``: the indices of those that are
+    chosen when they are read.
     """
 
     def __init__(
@@ -168,16 +169,16 @@ class ReadChooser(Chooser):
         counts: Sequence[int],
         waiting: AbstractSet[int],
     ) -> None:
-        """Begin with nothing read."""
+        """Start with no input read."""
         super().__init__(results)
         self.counts = counts
         self.waiting = waiting
         self._read: dict[int, int] = {}
         self._others: list[int] = []
 
-    def begin(self) -> None:
-        """Begin a step; the choices stay."""
-        super().begin()
+    def start_step(self) -> None:
+        """Start a step; the choices remain."""
+        super().start_step()
         self._read, self._others = {}, []
 
     def choose(self, n: int) -> int:
@@ -194,8 +195,8 @@ class ReadChooser(Chooser):
         return self._read[place]
 
     @property
-    def made(self) -> tuple[int, ...]:
-        """The choices of this run, as one that chooses all inputs before the step makes them.
+    def sequence(self) -> tuple[int, ...]:
+        """The choices of this run, in the form of a run that chooses all inputs before the step.
 
         An input that was not read has its first value.
         """

@@ -1,53 +1,54 @@
-"""What is explored: states and steps of a closed system, defined once for both engines.
+"""States and steps of a closed system, defined once for both engines.
 
-**State.** For each machine its local state: active states, data and outputs, histories, queue (and
-what is deferred), timers with the time they have left, the invoked machines with all of that, and
-inputs. The inputs of an open chart are
-arbitrary whenever it moves, so they count as state only if a property reads them. ``untimed``: of a
-timer only that it is armed counts. A machine stopped by a fault keeps configuration and data only.
-Data that nothing can read any more count as at their start (`verify.statespace.dead_variables`).
+**State.** A global state has a local state for each machine: active states, data and outputs,
+histories, queue (deferred events included), timers with their remaining time, the invoked machines
+with all of that, and inputs. The inputs of an open chart are arbitrary whenever it moves, so they
+are state only if a property reads them. ``untimed``: a timer is only armed or not. A machine
+stopped by a fault keeps configuration and data only. Dead data have their start values
+(`verify.statespace.dead_variables`).
 
 **Start.** All machines start at time 0, those of the environment first, then in the order of the
-file. Outputs reach the inputs they are wired to at once, here and after every step; events sent
-while starting reach the queues when all have started.
+file. Outputs reach the connected inputs at once, here and after every step. Events sent during the
+start reach the queues when all have started.
 
 **Steps.** One step is one macrostep of one machine, or the passing of time. While a monitor has
-events in its queue, only monitors move; else, while a machine of the environment has, only such
-machines: the plant answers at once. Else, each machine that runs can, by the order of SEMANTICS:
+events in its queue, only monitors move. Otherwise, while a machine of the environment has events,
+only such machines move: the plant reacts at once. Otherwise each running machine can, by the order
+of SEMANTICS:
 
 * take eventless transitions that its inputs enable (*eventless*; then nothing else of this list),
 * or take the next event of its queue (*take*),
-* or, its queue being empty, fire the first timer that is due (*fire*; untimed: any armed one, of
-  a connection the oldest, and that counts as the passing of time), or take a spontaneous
-  transition; a timer whose delay is an interval can fire from the least delay on, and does not
-  stop time before the greatest;
-* an event that may come from outside comes, and is taken at once, ahead of the queue (*occur*):
-  that covers every place in the queue it could have waited at. This is possible while at most
-  ``max_pending`` events wait in all queues (usually `MAX_PENDING_BEFORE_INPUT`): nobody presses a
-  button faster than machines talk.
+* or, with an empty queue, fire the first expired timer (*fire*; untimed: any armed one, for a
+  connection the oldest, and that counts as the passing of time), or take a spontaneous transition;
+  a timer with an interval can fire from the minimum delay on, and does not stop time before the
+  maximum;
+* an external event occurs, and is taken at once, ahead of the queue (*occur*): that covers every
+  position in the queue where it could have waited. This is possible while at most ``max_pending``
+  events wait in all queues (usually `MAX_PENDING_BEFORE_INPUT`): machines communicate faster than
+  anybody presses a button.
 
-Time passes by the greatest common divisor of all delays (*elapse*) when no machine has anything
-left to do and some timer is armed. Steps of one machine that lead to the same state and messages,
-with other choices, are one; what comes from outside and changes nothing is none.
+Time passes by the greatest common divisor of all delays (*elapse*) when no machine has work left
+and some timer is armed. Steps of one machine that lead to the same state and messages, with other
+choices, are one step. An external event without any effect is no step.
 
-**Cyclic schedule.** A machine of the order moves, and what comes from outside comes to it, in its
-turn only: what came before has waited for that. All others (environment, monitors, connections)
-move as above. `system.schedule` makes one more machine, last of all, which keeps turn and phase: it
-goes on to the next turn when the machine of this one has nothing left to do. Between the turns of a
-period no time passes; when all are over it does, whatever the machines of the order have to do.
+**Cyclic schedule.** A machine of the order moves, and takes external events, in its turn only:
+earlier events have waited for that. All others (environment, monitors, connections) move as above.
+`system.schedule` adds one more machine, the last one, which keeps turn and phase. It continues with
+the next turn when the machine of this one has no work left. Between the turns of a period no time
+passes. After the last turn it does, even if the machines of the order have work left.
 
 **Nodes that freeze.** A machine of the environment keeps the state of a node (`system.freezes`).
-While the node is frozen, its machines take no steps, and nothing comes to them from outside; time
-passes for them, and events that others send wait in their queues, where ``max_pending`` does not
-count them. Once the node is stopped for good, nothing about them changes any more, no event is
-lost to them, and for a deadlock they do not count.
+While the node is frozen, its machines take no steps and no external events. Time passes for them,
+and events from other machines wait in their queues, where ``max_pending`` does not count them. Once
+the node is stopped for good, its machines do not change any more, no event is lost to them, and
+deadlocks ignore them.
 
 **Choices.** The result of an operation is chosen from the values of `chart.analysis.partition` when
 it is called, an input of an open chart when a step reads it first; it keeps its value until the
-step ends. What a step does not read makes no difference to it. An input that counts as state is
-chosen before each step, whatever reads it. There is one step for each effect: of all choices that
-have it, those that come first if all inputs are chosen before all else, each in turn from its first
-value on. So the order of steps is that of trying all combinations, however inputs are read.
+step ends. Inputs that a step does not read have no effect on it. An input that is state is chosen
+before each step. There is one step for each effect: among all choices with that effect, those that
+come first if all inputs are chosen before all else, each in turn from its first value on. So the
+order of steps is that of trying all combinations, however inputs are read.
 
 **Livelock** is a cycle of *take*, *fire* and *eventless* (in an open chart, whose inputs anyone may
 change, *eventless* does not count).
@@ -76,7 +77,7 @@ from fsmkit.system.properties.property import evaluated
 from fsmkit.system.schedule import machines_by_turn, time_unit, with_scheduler
 from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import System
-from fsmkit.verify.statespace.dead_variables import ResettableVariable, mortal_variables
+from fsmkit.verify.statespace.dead_variables import ResettableVariable, resettable_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
 MAX_PENDING_BEFORE_INPUT = 1
@@ -93,8 +94,8 @@ class ClosedSystem:
     """A system ready to be explored.
 
     ``charts`` are those of the machines with spontaneous transitions turned into events.
-    ``results``: for each machine and operation that returns something, the values it can return.
-    ``samples``: of what not every value that matters is tried, and why.
+    ``results``: for each machine and operation with a result, its possible values. ``samples``: the
+    sources of values that are only sampled, and why.
     """
 
     system: System
@@ -122,14 +123,14 @@ class ClosedSystem:
     """Machines whose queues were seen to overflow without a limit."""
 
     def __post_init__(self) -> None:
-        """Refuse what is not explored."""
+        """Reject systems that cannot be explored."""
         if self.zones and len(self.charts) > MOST_IN_ZONES:
             raise fail(
                 "not-explored-yet",
                 f"{len(self.charts)} machines are not explored by zones",
                 help=f"keep to {MOST_IN_ZONES}, or use `--time discrete` or `--time untimed`",
             )
-        beyond = beyond_zones(self.system) if self.zones and self.is_ordered else None
+        beyond = zones_rejection(self.system) if self.zones and self.is_ordered else None
         if beyond is not None:
             why, span = beyond
             raise fail(
@@ -149,7 +150,7 @@ class ClosedSystem:
 
     @property
     def is_ordered(self) -> bool:
-        """Whether not each machine may move at any time: they have turns, or may be frozen."""
+        """Whether the moves of machines are restricted by turns or freezing nodes."""
         return self.system.schedule is not None or bool(self.system.freezers)
 
     @cached_property
@@ -162,7 +163,7 @@ class ClosedSystem:
         }
 
     def holds(self, snapshots: Sequence[Snapshot]) -> list[Hold]:
-        """Return for each machine what its node does to it."""
+        """Return for each machine how its node holds it."""
         found = [Hold.RUNS] * len(snapshots)
         for machine, freezer in self.freezers.items():
             found[machine] = hold_of(self.charts[freezer], snapshots[freezer].configuration)
@@ -170,7 +171,7 @@ class ClosedSystem:
 
     @property
     def is_timeless(self) -> bool:
-        """Whether there is no delay at all: then what never comes to rest need not stop time."""
+        """Whether there is no delay: then endless work need not stop time."""
         if self.system.schedule is not None:
             return False
         others = tuple(m for m in self.system.machines if not m.is_monitor)
@@ -178,14 +179,14 @@ class ClosedSystem:
 
     @property
     def keeps_inputs(self) -> bool:
-        """Whether inputs of an open chart count as state."""
+        """Whether inputs of an open chart are state."""
         return bool(self.kept_inputs)
 
     @cached_property
     def read_inputs(self) -> Mapping[int, int]:
-        """The inputs that are chosen when a step reads them first: their places among the free.
+        """The indices of the free inputs that are chosen when a step reads them first.
 
-        Those that count as state are chosen before each step.
+        Those that are state are chosen before each step.
         """
         return {
             free.input: place
@@ -199,8 +200,8 @@ class ClosedSystem:
         return self.system.is_open
 
     @property
-    def loses_by_haste(self) -> bool:
-        """Whether a queue may overflow merely because what comes from outside does not wait."""
+    def can_lose_events(self) -> bool:
+        """Whether a queue may overflow only because external events do not wait."""
         from_outside = any(not each.spontaneous for each in self.possible)
         return from_outside and self.max_pending > MAX_PENDING_BEFORE_INPUT
 
@@ -235,18 +236,17 @@ def close(
     enumerated: int = 0,
     max_pending: int = MAX_PENDING_BEFORE_INPUT,
 ) -> ClosedSystem:
-    """Prepare a system for exploration; `FsmkitError` where it cannot be.
+    """Prepare a system for exploration. Raises `FsmkitError` if that is not possible.
 
-    Without delays ``zones`` makes no difference. ``keeps_dead``: no data are reset. ``observed``:
-    the values that leave a machine are compared with others, so each makes a difference.
-    ``enumerated``: as of `chart.analysis.partition.Partition`.
-    ``max_pending``: unlimited where nothing comes from outside.
+    Without delays ``zones`` has no effect. ``keeps_dead``: no data are reset. ``observed``: the
+    values that leave a machine are compared, so each is distinguished. ``enumerated``: as for
+    `chart.analysis.partition.Partition`. ``max_pending``: unlimited without external events.
     """
     for machine in system.machines:
         require_explorable(machine.chart)
     system = with_free_inputs(with_any_starts(with_freezers(system)))
     system = with_scheduler(with_monitors(system), untimed=untimed)
-    charts = tuple(_explored(machine) for machine in system.machines)
+    charts = tuple(_explored_chart(machine) for machine in system.machines)
     partition = partition_of(system, observed=observed, enumerated=enumerated)
     samples = dict(system.sampled)
     results = tuple(
@@ -281,17 +281,17 @@ def close(
         samples=samples,
         zones=zones and unit > 0,
         covers=covers,
-        mortal=() if keeps_dead else mortal_variables(system, charts, possible),
+        mortal=() if keeps_dead else resettable_variables(system, charts, possible),
         max_pending=UNLIMITED if all(each.spontaneous for each in possible) else max_pending,
     )
 
 
-def as_it_stands(system: System) -> ClosedSystem:
-    """Return a system that is not explored, where something closed is wanted to tell of it."""
+def unexplored_system(system: System) -> ClosedSystem:
+    """Return a system that is not explored, in the form that reports need."""
     return ClosedSystem(system, (), (), (), (), frozenset(), False, False, 0, {})
 
 
-def beyond_zones(system: System) -> tuple[str, Span | None] | None:
+def zones_rejection(system: System) -> tuple[str, Span | None] | None:
     """Return why a system cannot be explored in dense time, and where; None if it can."""
     if system.schedule is not None:
         return "turns of a cyclic schedule come in discrete time", system.schedule.span
@@ -308,15 +308,15 @@ def beyond_zones(system: System) -> tuple[str, Span | None] | None:
 
 
 def _inputs_of_properties(system: System) -> frozenset[int]:
-    """Return the inputs of an open chart on which some property depends."""
+    """Return the inputs of an open chart that some property reads."""
     read = {name for one in system.properties for name in inputs_read(one.condition)}
     read |= {atom.variable for one in evaluated(system.properties) for _, atom in one.atoms}
     inputs = system.machines[0].chart.inputs
     return frozenset(n for n, declared in enumerate(inputs) if declared.name in read)
 
 
-def _explored(machine: Machine) -> Chart:
-    """Return the chart of a machine as it is explored."""
+def _explored_chart(machine: Machine) -> Chart:
+    """Return the chart of a machine in the form that is explored."""
     chart = without_spontaneous(machine.chart)
     looks = machine.is_monitor and samples_inputs(chart)
     return _with_passages(observer_chart(chart) if looks else chart)
@@ -333,7 +333,7 @@ def _with_passages(chart: Chart) -> Chart:
 
 
 def without_spontaneous(chart: Chart) -> Chart:
-    """Return the chart with each ``sometimes`` transition on an event of its own, after others."""
+    """Return the chart with each ``sometimes`` transition on an event of its own."""
     found = [t for t in chart.transitions if t.trigger is Trigger.SOMETIMES]
     if not found:
         return chart
@@ -349,7 +349,7 @@ def without_spontaneous(chart: Chart) -> Chart:
 
 
 def with_greatest_delays(chart: Chart) -> Chart:
-    """Return the chart as code can be generated for it: each interval is its greatest delay."""
+    """Return the chart in the form for code generation: intervals become maximum delays."""
     return replace(chart, transitions=tuple(replace(t, least=None) for t in chart.transitions))
 
 

@@ -1,4 +1,4 @@
-"""What the steps of a machine have reached."""
+"""Record the coverage of a machine's steps."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from fsmkit.runtime.interpreter.snapshot import Entered, Macrostep, Taken
 
 @dataclass(slots=True)
 class Coverage:
-    """What the steps of a machine have reached so far."""
+    """The states and transitions covered so far."""
 
     states: set[int]
     transitions: set[int]
     microsteps: int = 0
 
     def add(self, done: Macrostep) -> None:
-        """Add what a macrostep has reached."""
+        """Add the coverage of a macrostep."""
         self.microsteps = max(self.microsteps, len(done.microsteps))
         for effect in done.effects:
             match effect:

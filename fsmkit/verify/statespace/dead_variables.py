@@ -1,7 +1,7 @@
-"""The reduction by dead variables: data that nothing reads any more count as at their start.
+"""The reduction by dead variables: data that nothing can read any more have their start values.
 
-It keeps all verdicts. What a property, a monitor or another machine may look at is never reset, nor
-are outputs; a step from outside that changes a variable only still counts as a step.
+It preserves all verdicts. Data that a property, a monitor or another machine may read are never
+reset, nor are outputs. An external step that only changes a variable still counts as a step.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from fsmkit.system.system import System
 class ResettableVariable:
     """A variable of a chart that is dead somewhere.
 
-    ``data``: its place in the data. ``live``: the atomic states in which it may be live. In all
-    other configurations, and where the machine does not run, it is reset to ``init``.
+    ``data``: its index in the data. ``live``: the atomic states in which it may be live. In all
+    other configurations, and while the machine does not run, it is reset to ``init``.
     """
 
     data: int
@@ -32,12 +32,12 @@ class ResettableVariable:
     init: Value
 
 
-def mortal_variables(
+def resettable_variables(
     system: System, charts: Sequence[Chart], possible: Collection[Possible]
 ) -> tuple[tuple[ResettableVariable, ...], ...]:
     """Return for each machine of a system the variables that are dead somewhere.
 
-    ``charts`` are those of the machines as they are explored, ``possible`` what can come to them.
+    ``charts``: those of the machines as explored; ``possible``: their external events.
     """
     events: list[set[int]] = [set() for _ in charts]
     for one in possible:
@@ -69,7 +69,7 @@ def _of_machine(
 
 
 def _watched(system: System, charts: Sequence[Chart]) -> tuple[set[str], ...]:
-    """Return for each machine the data at which wires and properties look."""
+    """Return for each machine the data that wires and properties read."""
     found: tuple[set[str], ...] = tuple(set() for _ in charts)
     for link in system.input_links:
         chart = charts[link.source]
@@ -85,10 +85,10 @@ def _watched(system: System, charts: Sequence[Chart]) -> tuple[set[str], ...]:
 
 
 def _observed(system: System, chart: Chart, events: set[int]) -> frozenset[int]:
-    """Return the transitions of which it counts whether they change anything.
+    """Return the transitions whose changes of data count as effects.
 
-    What comes from outside and changes nothing is no step. In a system a step that can come is a
-    reason not to be in a deadlock; a chart alone is never in one.
+    An external event without effect is no step. In a system a possible step prevents a deadlock; a
+    chart alone is never in one.
     """
     if system.is_open:
         return frozenset()
@@ -98,7 +98,7 @@ def _observed(system: System, chart: Chart, events: set[int]) -> frozenset[int]:
 
 
 def with_dead_reset(snapshot: Snapshot, mortal: tuple[ResettableVariable, ...]) -> Snapshot:
-    """Return a machine in which what is dead is at its start."""
+    """Return a machine with its dead data at their start values."""
     active = snapshot.configuration if snapshot.running else frozenset[int]()
     dead = {m.data: m.init for m in mortal if m.live.isdisjoint(active)}
     if not dead:

@@ -1,7 +1,7 @@
-"""What an exploration found: the currency of both engines.
+"""The result of an exploration, common to both engines.
 
-Marks are facts of interest, numbered: 0 a deadlock, then the properties, then those of
-each machine (see `first_mark`).
+Marks are numbered facts: 0 a deadlock, then the properties, then those of each machine (see
+`first_mark`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ AT_ONCE = -1
 
 
 class End(Enum):
-    """Why an exploration ended."""
+    """The reason why an exploration ended."""
 
     COMPLETE = "complete"
     DECIDED = "decided"
@@ -39,9 +39,9 @@ UNFINISHED = frozenset(End) - {End.COMPLETE, End.DECIDED}
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """How often something was seen, and a shortest way there (ordinals; the last may be it).
+    """The number of states or steps with a mark, and a shortest path to one (ordinals).
 
-    The way is empty if memory for it ran out. States are counted, and steps; not those that sleep
+    The path is empty if memory for it ran out. Steps that sleep are not counted
     (core/search/sleep_sets.h).
     """
 
@@ -54,10 +54,10 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What the graph tells of a temporal property, by its number.
+    """The verdict of the graph on a temporal property, by its number.
 
-    ``violated``: by a path, and a cycle that it leads to, empty if nothing more happens or nothing
-    helps. Without a path memory for it ran out. Not ``known``: nothing is told.
+    ``violated``: by a path, and the cycle after it; an empty cycle if nothing more happens. Without
+    a path memory for it ran out. Not ``known``: there is no verdict.
     """
 
     property: int
@@ -75,7 +75,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """What one machine did: its local states, the most it used of each capacity, its coverage."""
+    """The results for one machine: its local states, its use of each capacity, its coverage."""
 
     locals: int
     queue: int
@@ -98,8 +98,8 @@ class Exploration:
     """The result of a search.
 
     A path is the ordinals of steps, that of the initial state first; after `AT_ONCE` no time
-    passes. ``livelock`` is a path and the cycle it leads to, ``traps`` the paths to them; both say
-    something only if ``*_known``.
+    passes. ``livelock`` is a path and the cycle after it, ``traps`` the paths to them; both are
+    valid only if ``*_known``.
     """
 
     engine: str
@@ -133,17 +133,17 @@ class Exploration:
     """Beside a diagram: states that were also looked at one by one, for properties that need it."""
 
     def answer(self, property_: int) -> Answer:
-        """Return what is known of a temporal property."""
+        """Return the answer for a temporal property."""
         unknown = Answer(property_, known=False)
         return next((found for found in self.temporal if found.property == property_), unknown)
 
     def mark(self, number: int) -> Mark | None:
-        """Return what was seen of a mark."""
+        """Return the result for a mark."""
         return next((mark for mark in self.marks if mark.number == number), None)
 
 
 def unexplored(engine: str, why: str, machines: int) -> Exploration:
-    """Return what is found where the time was over before it began."""
+    """Return the result of an exploration whose time ended before its start."""
     return Exploration(
         engine=engine,
         end=End.TIME,
@@ -163,9 +163,9 @@ def unexplored(engine: str, why: str, machines: int) -> Exploration:
 
 
 def first_mark(closed: ClosedSystem, machine: int) -> int:
-    """Return the first mark of a machine: queue full, fault, each event unanswered, each taken.
+    """Return the first mark of a machine: queue full, fault, each unhandled event.
 
-    Where a suite of tests is made, then each transition that is taken and each state entered.
+    For a suite of tests, then each taken transition and each entered state.
     """
     charts = closed.charts[:machine]
     properties = len(evaluated(closed.system.properties))

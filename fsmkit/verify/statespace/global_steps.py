@@ -1,6 +1,6 @@
-"""Global steps of a closed system over the interpreter: local states interned, local steps kept.
+"""Global steps of a closed system over the interpreter, with interned local states and steps.
 
-A local step is taken once for each local state and action. The order of everything is that of
+A local step is taken once for each local state and action. The order of all results is that of
 ``core``.
 """
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.freezes import Hold
 from fsmkit.system.shared import written_value
-from fsmkit.verify.statespace.actions import FULL, Action, Message, Outcome, Step, View, Who
+from fsmkit.verify.statespace.actions import FULL, Action, Message, Mover, Outcome, Step, View
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import first_mark
 from fsmkit.verify.statespace.local_steps import LocalSteps
@@ -23,7 +23,7 @@ State = tuple[int, ...]
 
 @dataclass(slots=True)
 class LocalState:
-    """What is known of a local state."""
+    """The known facts about a local state."""
 
     snapshot: Snapshot
     view: View
@@ -40,7 +40,7 @@ class Edge:
     """A step of a global state."""
 
     steps: tuple[Step, ...]
-    who: Who
+    mover: Mover
     to: State
     marks: tuple[int, ...]
 
@@ -49,7 +49,7 @@ class GlobalSteps:
     """The steps of global states."""
 
     def __init__(self, closed: ClosedSystem, local_steps: LocalSteps | None = None) -> None:
-        """Begin with no state known."""
+        """Start without states."""
         self.closed = closed
         self.local_steps = local_steps or LocalSteps(closed)
         self._count = len(closed.charts)
@@ -72,13 +72,13 @@ class GlobalSteps:
         return number
 
     def own_steps(self, machine: int, number: int) -> list[Outcome]:
-        """Return the own steps of a local state; asked for only where they can be taken."""
+        """Return the own steps of a local state; computed only where they can be taken."""
         local = self.local_states[machine][number]
         if local.own is None:
             local.own = []
             if local.view.running:
                 local.own = self.local_steps.own(machine, local.snapshot, local.view)
-            local.busy = any(outcome.who is Who.INTERNAL for outcome in local.own)
+            local.busy = any(outcome.mover is Mover.INTERNAL for outcome in local.own)
             local.fair |= any(
                 o.step.action is Action.OCCUR and self.closed.possible[o.step.argument].fair
                 for o in local.own
@@ -86,7 +86,7 @@ class GlobalSteps:
         return local.own
 
     def open_steps(self, machine: int, number: int) -> list[Outcome]:
-        """Return what may happen to a local state; asked for only where it can."""
+        """Return the external events of a local state; computed only where they can occur."""
         local = self.local_states[machine][number]
         if local.open is None:
             local.open = []
@@ -104,7 +104,7 @@ class GlobalSteps:
         return local.elapsed
 
     def after(self, machine: int, number: int, message: Message) -> int:
-        """Return a local state after a message has come to it."""
+        """Return a local state after it received a message."""
         return self._delivered(machine, number, message)[0]
 
     def _delivered(self, machine: int, number: int, message: Message) -> tuple[int, bool]:
@@ -159,12 +159,12 @@ class GlobalSteps:
             reached = list(state)
             for message in sent:
                 self._deliver(reached, message, marks)
-            yield Edge(steps, Who.ENVIRONMENT, tuple(reached), tuple(marks))
+            yield Edge(steps, Mover.ENVIRONMENT, tuple(reached), tuple(marks))
             return
         machine = order[len(steps)]
         snapshot = self.local_states[machine][state[machine]].snapshot
         start = Step(Action.START, machine)
-        for outcome in self.local_steps.explore(machine, snapshot, start, Who.INTERNAL):
+        for outcome in self.local_steps.explore(machine, snapshot, start, Mover.INTERNAL):
             next_ = list(state)
             next_[machine] = self.intern(machine, outcome.after)
             noted = dict(marks)
@@ -212,16 +212,16 @@ class GlobalSteps:
                 number if stopped[machine] else self.elapsed(machine, number)
                 for machine, number in enumerate(state)
             )
-            yield Edge((Step(Action.ELAPSE),), Who.TIME, to, ())
+            yield Edge((Step(Action.ELAPSE),), Mover.TIME, to, ())
 
     def holds(self, state: State) -> list[Hold]:
-        """Return for each machine what its node does to it; see `ClosedSystem.holds`."""
+        """Return for each machine how its node holds it; see `ClosedSystem.holds`."""
         if not self.closed.freezers:
             return [Hold.RUNS] * self._count
         return self.closed.holds(self.snapshots(state))
 
     def _moving(self, state: State, holds: Sequence[Hold]) -> list[bool]:
-        """Return which machines may move where none has to answer."""
+        """Return the machines that may move if none has to react first."""
         schedule = self.closed.system.schedule
         if schedule is None:
             return [hold is Hold.RUNS for hold in holds]
@@ -243,4 +243,4 @@ class GlobalSteps:
         for message in outcome.messages:
             if holds[message.target] is not Hold.STOPPED:
                 self._deliver(to, message, marks)
-        return Edge((outcome.step,), outcome.who, tuple(to), tuple(marks))
+        return Edge((outcome.step,), outcome.mover, tuple(to), tuple(marks))

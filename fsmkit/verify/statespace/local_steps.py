@@ -1,7 +1,7 @@
-"""Local steps by the reference interpreter: what one machine does, and what it tells the others.
+"""Local steps by the reference interpreter: a machine's moves, and its messages to others.
 
-`verify.statespace.closed_system` says what a state and a step are; ``core/system/local.c`` is the
-same over generated C.
+`verify.statespace.closed_system` defines states and steps; ``core/system/local.c`` is the same over
+generated C.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from fsmkit.verify.statespace.actions import (
     Action,
     Chooser,
     Message,
+    Mover,
     Outcome,
     ReadChooser,
     Step,
     TooManyChoices,
     View,
-    Who,
     state_note,
     took,
     transition_note,
@@ -54,7 +54,7 @@ from fsmkit.verify.statespace.sessions import (
     is_due,
     settled,
     timers_within,
-    waiting,
+    waiting_count,
     with_first,
 )
 
@@ -63,7 +63,7 @@ class LocalSteps:
     """The local steps of the machines of a closed system."""
 
     def __init__(self, closed: ClosedSystem) -> None:
-        """Read off what does not change."""
+        """Precompute the constant facts."""
         self.closed = closed
         self.charts = closed.charts
         self.machines = closed.system.machines
@@ -94,7 +94,7 @@ class LocalSteps:
         return initial(self.charts[machine])
 
     def settled(self, machine: int, snapshot: snap.Snapshot) -> snap.Snapshot:
-        """Return a machine with what does not count as state cleared."""
+        """Return a machine with everything cleared that is not state."""
         inputs = snapshot.inputs
         if self.closed.is_open:
             inputs = tuple(
@@ -107,7 +107,7 @@ class LocalSteps:
         return with_dead_reset(found, self.closed.mortal[machine]) if self.closed.mortal else found
 
     def view(self, machine: int, snapshot: snap.Snapshot) -> View:
-        """Return what the search asks of a local state."""
+        """Return the facts about a local state that the search uses."""
         chart = self.charts[machine]
         if not snapshot.running:
             return View(0, 0, False, False, snapshot.fault is not None, snapshot.finished)
@@ -115,7 +115,7 @@ class LocalSteps:
         awaited = sum(not self.closed.never_fires(one, timer) for one, timer in armed)
         leaves = (s for s in snapshot.configuration if chart.states[s].is_leaf)
         return View(
-            waiting(chart, snapshot),
+            waiting_count(chart, snapshot),
             awaited,
             is_due(snapshot),
             True,
@@ -143,14 +143,14 @@ class LocalSteps:
         return replace(snapshot, timers=timers, invoked=invoked_elapsed(snapshot, passed))
 
     def _end(self, machine: int, timer: snap.Timer) -> int:
-        """Return how close the deadline of a timer can come: one without an end stays away."""
+        """Return the least deadline of a timer that is relevant: one without an end stays away."""
         if not isinstance(timer.what, snap.Timeout):
             return -OPEN_ENDED
         transition = self.charts[machine].transitions[timer.what.transition]
         return OPEN_ENDED if transition.is_open_ended else -OPEN_ENDED
 
     def delivered(self, snapshot: snap.Snapshot, message: Message) -> tuple[snap.Snapshot, bool]:
-        """Return a machine after a message has come, and whether its queue was full."""
+        """Return a machine after a message has arrived, and whether its queue was full."""
         if message.event is None:
             target = self.machines[message.target]
             given = driven(target, snapshot, message.input, message.value)
@@ -161,7 +161,7 @@ class LocalSteps:
         return (snapshot, True) if after is None else (after, False)
 
     def _with_look(self, machine: int, snapshot: snap.Snapshot) -> snap.Snapshot:
-        """Return a monitor whose inputs have changed, about to look at them."""
+        """Return a monitor whose inputs have changed, about to sample them."""
         look = sampling_event(self.charts[machine])
         waits = any(occurrence.event == look for occurrence in snapshot.queue)
         if look is None or waits or not snapshot.running:
@@ -176,7 +176,7 @@ class LocalSteps:
     ) -> snap.Macrostep | None:
         """Take a step; None if there is no such step."""
         chart = self.charts[machine]
-        chooser.begin()
+        chooser.start_step()
         if self.closed.is_open:
             snapshot = self.with_inputs(snapshot, chooser)
         match what.action:
@@ -202,7 +202,7 @@ class LocalSteps:
                 assert_never(what.action)
 
     def with_inputs(self, snapshot: snap.Snapshot, chooser: Chooser) -> snap.Snapshot:
-        """Return an open chart with inputs that are chosen, or will be when they are read."""
+        """Return an open chart whose inputs are chosen, or will be when they are read."""
         inputs = list(snapshot.inputs)
         if isinstance(chooser, ReadChooser):
             for place, free in enumerate(self.closed.free_inputs):
@@ -235,7 +235,7 @@ class LocalSteps:
     def _fire_within(
         self, chart: Chart, snapshot: snap.Snapshot, place: int, chooser: Chooser
     ) -> snap.Macrostep | None:
-        """Fire a timer where some may be those of invoked machines."""
+        """Fire a timer that may belong to an invoked machine."""
         if not self.closed.untimed:
             return step_timer(chart, snapshot, chooser) if is_due(snapshot) else None
         if self.closed.never_fires(*timers_within(chart, snapshot)[place]):
@@ -243,14 +243,16 @@ class LocalSteps:
         return step_timer(chart, with_first(snapshot, place), chooser)
 
     def chooser(self, machine: int) -> Chooser:
-        """Return what makes the choices of a step."""
+        """Return the source of choices for a step."""
         closed = self.closed
         if not closed.read_inputs:
             return Chooser(closed.results[machine])
         counts = [len(free.values) for free in closed.free_inputs]
         return ReadChooser(closed.results[machine], counts, frozenset(closed.read_inputs.values()))
 
-    def explore(self, machine: int, snapshot: snap.Snapshot, what: Step, who: Who) -> list[Outcome]:
+    def explore(
+        self, machine: int, snapshot: snap.Snapshot, what: Step, mover: Mover
+    ) -> list[Outcome]:
         """Take a step with every sequence of choices; the same effect counts once."""
         chooser = self.chooser(machine)
         found: dict[tuple[snap.Snapshot, tuple[Message, ...], tuple[int, ...]], Outcome] = {}
@@ -262,13 +264,13 @@ class LocalSteps:
             done = self.perform(machine, snapshot, what, chooser)
             if done is not None:
                 self.coverage[machine].add(done)
-            outcome = None if done is None else self.outcome(machine, snapshot, what, who, done)
+            outcome = None if done is None else self.outcome(machine, snapshot, what, mover, done)
             if outcome is not None:
                 idle = outcome.after == snapshot and not outcome.messages and not outcome.notes
-                if not (idle and who is Who.ENVIRONMENT) and not (
+                if not (idle and mover is Mover.ENVIRONMENT) and not (
                     what.action is Action.EVENTLESS and outcome.after == snapshot and not took(done)
                 ):
-                    step_ = replace(what, choices=chooser.made)
+                    step_ = replace(what, choices=chooser.sequence)
                     key = (outcome.after, outcome.messages, outcome.notes)
                     known = found.get(key)
                     if known is None or step_.choices < known.step.choices:
@@ -277,13 +279,13 @@ class LocalSteps:
                 return sorted(found.values(), key=lambda outcome: outcome.step.choices)
 
     def outcome(
-        self, machine: int, before: snap.Snapshot, what: Step, who: Who, done: snap.Macrostep
+        self, machine: int, before: snap.Snapshot, what: Step, mover: Mover, done: snap.Macrostep
     ) -> Outcome:
-        """Read off what a macrostep led to."""
+        """Return the outcome of a macrostep."""
         after = self.settled(machine, done.after)
         return Outcome(
             what,
-            who,
+            mover,
             after,
             (*self._changed_outputs(machine, before, after), *self._sent(machine, done)),
             self._notes(machine, what, done),
@@ -344,62 +346,62 @@ class LocalSteps:
     # --- all steps -----------------------------------------------------------------------------
 
     def own(self, machine: int, snapshot: snap.Snapshot, view: View) -> list[Outcome]:
-        """Return the steps a machine can take by itself."""
+        """Return the steps that a machine can take without external events."""
         arbitrary = self.closed.is_open
         found: list[Outcome] = []
         if self._samples_inputs[machine]:
-            who = Who.ENVIRONMENT if arbitrary else Who.INTERNAL
-            found = self.explore(machine, snapshot, Step(Action.EVENTLESS, machine), who)
+            mover = Mover.ENVIRONMENT if arbitrary else Mover.INTERNAL
+            found = self.explore(machine, snapshot, Step(Action.EVENTLESS, machine), mover)
             if found and not arbitrary:
                 return found
         if view.waiting:
             take = Step(Action.TAKE, machine)
-            return found + self.explore(machine, snapshot, take, Who.INTERNAL)
+            return found + self.explore(machine, snapshot, take, Mover.INTERNAL)
         if self.closed.untimed:
             places = range(len(timers_within(self.charts[machine], snapshot)))
             for place in places[:1] if self.machines[machine].is_channel else places:
                 fire = Step(Action.FIRE, machine, place)
-                found += self.explore(machine, snapshot, fire, Who.TIME)
+                found += self.explore(machine, snapshot, fire, Mover.TIME)
         else:
             if view.due:
                 fire = Step(Action.FIRE, machine)
-                found += self.explore(machine, snapshot, fire, Who.INTERNAL)
+                found += self.explore(machine, snapshot, fire, Mover.INTERNAL)
             for place in range(int(view.due), len(snapshot.timers)):
                 if self._is_early(machine, snapshot.timers[place]):
                     fire = Step(Action.FIRE, machine, place)
-                    found += self.explore(machine, snapshot, fire, Who.ENVIRONMENT)
+                    found += self.explore(machine, snapshot, fire, Mover.ENVIRONMENT)
         for number, possible in self._possible[machine]:
             if possible.spontaneous:
                 occur = Step(Action.OCCUR, machine, number)
-                found += self.explore(machine, snapshot, occur, Who.ENVIRONMENT)
+                found += self.explore(machine, snapshot, occur, Mover.ENVIRONMENT)
         return found
 
     def open(self, machine: int, snapshot: snap.Snapshot) -> list[Outcome]:
-        """Return what may come to a machine from outside."""
+        """Return the external events that a machine may take."""
         return [
             outcome
             for number, possible in self._possible[machine]
             if not possible.spontaneous
             for outcome in self.explore(
-                machine, snapshot, Step(Action.OCCUR, machine, number), Who.ENVIRONMENT
+                machine, snapshot, Step(Action.OCCUR, machine, number), Mover.ENVIRONMENT
             )
         ]
 
 
 class ReadInputs(tuple[Value, ...]):  # noqa: SLOT001  (a tuple has no slots beside)
-    """Inputs of which some are chosen when they are read first."""
+    """Inputs, some of which are chosen when they are read first."""
 
     _closed: ClosedSystem
     _chooser: ReadChooser
 
     def __new__(cls, values: Sequence[Value], closed: ClosedSystem, chooser: ReadChooser) -> Self:
-        """Make inputs whose values are given, but for those that wait."""
+        """Create inputs with given values, except for those to be chosen."""
         found = super().__new__(cls, values)
         found._closed, found._chooser = closed, chooser
         return found
 
     def __getitem__(self, number):  # type: ignore[no-untyped-def]
-        """Read one: nobody takes slices."""
+        """Read one; slices are not supported."""
         place = self._closed.read_inputs.get(number)
         if place is None:
             return super().__getitem__(number)
@@ -411,14 +413,14 @@ class ReadInputs(tuple[Value, ...]):  # noqa: SLOT001  (a tuple has no slots bes
 
 
 def as_number(ticks: Fraction) -> int:
-    """Return an instant as deadlines have it: whole where it is, else a fraction that counts alike.
+    """Return an instant in the form of deadlines: an integer, or an equivalent fraction.
 
-    The interpreter only adds and compares deadlines, so fractions of a tick do no harm to it.
+    The interpreter only adds and compares deadlines, so it accepts fractions of a tick.
     """
     return ticks.numerator if ticks.denominator == 1 else ticks  # type: ignore[return-value]
 
 
 def _ports(machine: Machine) -> dict[str, int]:
-    """Return the numbers of operations, as wires count: in the chart as it was written."""
+    """Return the port numbers of operations, which count the events of the source chart."""
     chart = machine.chart
     return {operation.name: n for n, operation in enumerate(chart.operations, len(chart.events))}

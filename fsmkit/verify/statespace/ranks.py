@@ -18,10 +18,11 @@ NEEDS_ONE = "it needs the whole graph in one process: check it without `--mpi`"
 
 @dataclass(frozen=True, slots=True)
 class Ranks:
-    """How many processes there are, and where.
+    """The number of processes, and their hosts.
 
-    ``hostfile``: hosts as ``mpirun`` reads them; None: this machine, or what a batch system gives.
-    ``folder``: of checkpoints, from which a search goes on; ``every``: layers from one to the next.
+    ``hostfile``: hosts as ``mpirun`` reads them; None: this machine, or those of a batch system.
+    ``folder``: of checkpoints, from which a search continues; ``every``: layers between two of
+    them.
     """
 
     count: int
@@ -30,22 +31,22 @@ class Ranks:
     every: int = 16
 
     def __post_init__(self) -> None:
-        """Refuse numbers that mean nothing (``wrong-option``)."""
+        """Reject invalid numbers (``wrong-option``)."""
         if not isinstance(self.count, int) or not 1 <= self.count <= MOST_RANKS or self.every < 1:
             raise fail(
                 "wrong-option",
-                f"there are no {self.count} ranks with a checkpoint every {self.every} layers",
+                f"{self.count} ranks with a checkpoint every {self.every} layers are not possible",
                 help=f"give 1 to {MOST_RANKS:,} ranks, and 1 layer or more",
             )
 
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """What ranks sent each other.
+    """The messages between ranks.
 
-    ``told``: states that went to another rank; ``filtered``: those that did not, as they had gone
-    there lately; ``sent``: bytes of messages; ``resident``: bytes of memory of all processes;
-    ``seconds``: of the search, without its results.
+    ``told``: states sent to another rank; ``filtered``: those not sent because they were recently;
+    ``sent``: bytes of messages; ``resident``: bytes of memory of all processes; ``seconds``: of the
+    search, without its results.
     """
 
     ranks: int
@@ -57,7 +58,7 @@ class Traffic:
 
 
 def read_traffic(told: Mapping[str, Any] | None) -> Traffic | None:
-    """Return what the explorer says of its ranks (``core/mpi/results.c``); None if it has none."""
+    """Parse the explorer's output on traffic (``core/mpi/results.c``); None without ranks."""
     if told is None:
         return None
     return Traffic(
@@ -75,7 +76,7 @@ def why_not_ranks(closed: ClosedSystem, storage: Storage, search: Search) -> str
     if closed.zones:
         return "time is dense"
     if storage is not Storage.EXACT:
-        return f"{storage.value} storage is of one process"
+        return f"{storage.value} storage needs one process"
     if search is Search.SYMBOLIC:
-        return "a decision diagram is of one process"
+        return "a decision diagram needs one process"
     return ""

@@ -1,13 +1,13 @@
-"""The local steps of a machine, without trying what must come to nothing.
+"""The local steps of a machine, without steps that cannot have an effect.
 
-The outcomes are those of `LocalSteps`, in its order; this only knows a law, so that a chart
-that stands open is exported in seconds. Explorations that evaluate properties do without it.
+The outcomes are those of `LocalSteps`, in its order. This class applies one law, so that a chart
+with an unrestricted environment is exported in seconds. Explorations that evaluate properties do
+not use it.
 
-An event from outside does nothing where no active state has a transition on it, defers
-it, or has an eventless transition, which any event gives another try (Appendix D, mainEventLoop).
-That it was unhandled tells the environment nothing. Excepted is an event that a monitor hears or a
-property asks for, one of the platform, which may be a fault, and any event where invoked machines
-may get it or where values of inputs count as state.
+An external event has no effect if no active state has a transition on it, defers it, or has an
+eventless transition, which any event enables again (Appendix D, mainEventLoop). Exceptions are
+events that a monitor or a property observes, platform events, which may be a fault, and all events
+if invoked machines may get them or if inputs are state.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from __future__ import annotations
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.machine import OBSERVED
-from fsmkit.verify.statespace.actions import Action, Outcome, Step, Who
+from fsmkit.verify.statespace.actions import Action, Mover, Outcome, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
@@ -24,7 +24,7 @@ class ReducedSuccessors(LocalSteps):
     """The local steps of the machines of a closed system."""
 
     def __init__(self, closed: ClosedSystem) -> None:
-        """Read off which events somebody hears, whatever the machine does with them."""
+        """Compute the events that some observer handles in every state of the machine."""
         super().__init__(closed)
         self._heard = tuple(self._always(machine) for machine in range(len(closed.charts)))
         self._answered: tuple[dict[frozenset[int], frozenset[int]], ...] = tuple(
@@ -32,7 +32,7 @@ class ReducedSuccessors(LocalSteps):
         )
 
     def _always(self, machine: int) -> frozenset[int]:
-        """Return the events that may count in every state."""
+        """Return the events that may have an effect in every state."""
         chart, closed = self.charts[machine], self.closed
         every = frozenset(range(len(chart.events)))
         if chart.invocations or (closed.keeps_inputs and closed.free_inputs):
@@ -43,7 +43,7 @@ class ReducedSuccessors(LocalSteps):
         return every & (monitored | platform | self._asked[machine])
 
     def _events(self, machine: int, configuration: frozenset[int]) -> frozenset[int]:
-        """Return the events that may do something in a configuration."""
+        """Return the events that may have an effect in a configuration."""
         known = self._answered[machine].get(configuration)
         if known is None:
             known = self._answered[machine][configuration] = self._found(machine, configuration)
@@ -57,10 +57,10 @@ class ReducedSuccessors(LocalSteps):
         taken = (index.by_event[state].keys() | index.defers[state] for state in configuration)
         return self._heard[machine].union(*taken)
 
-    def explore(self, machine: int, snapshot: Snapshot, what: Step, who: Who) -> list[Outcome]:
-        """Take a step unless it must come to nothing."""
+    def explore(self, machine: int, snapshot: Snapshot, what: Step, mover: Mover) -> list[Outcome]:
+        """Take a step unless it cannot have an effect."""
         if what.action is Action.OCCUR:
             event = self.closed.possible[what.argument].event
             if event not in self._events(machine, snapshot.configuration):
                 return []
-        return super().explore(machine, snapshot, what, who)
+        return super().explore(machine, snapshot, what, mover)

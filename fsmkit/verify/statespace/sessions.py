@@ -1,8 +1,8 @@
-"""Invoked machines as part of the state of the machine that invokes them (SCXML 6.4).
+"""Invoked machines as part of the state of their invoker (SCXML 6.4).
 
-What an invoked machine does is part of the macrosteps of its invoker, so that an exploration sees
-one machine: what waits, what is armed and what is due counts there, wherever in it it is. In all
-lists a machine comes before those in its slots, and these come in the order of the chart.
+The steps of an invoked machine are part of its invoker's macrosteps, so an exploration has one
+machine. Waiting events, armed timers and expired ones count for it, at any depth. In all lists a
+machine precedes those in its slots, in the order of the chart.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BEFORE_ALL = -1
 
 
 def running_within(chart: Chart, snapshot: snap.Snapshot) -> Iterator[tuple[Chart, snap.Snapshot]]:
-    """Yield a machine and those that run in it."""
+    """Yield a machine and the running machines in it."""
     yield chart, snapshot
     for invocation, child in zip(chart.invocations, snapshot.invoked, strict=True):
         if child is not None:
@@ -33,7 +33,7 @@ def running_within(chart: Chart, snapshot: snap.Snapshot) -> Iterator[tuple[Char
 def effects_within(
     chart: Chart, done: snap.Macrostep, path: str = ""
 ) -> Iterator[tuple[str, Chart, snap.Effect]]:
-    """Yield the effects of a macrostep as they happened; ``path``: the slots, each with a colon."""
+    """Yield the effects of a macrostep in order; ``path``: the slots, each with a colon."""
     for effect in done.effects:
         if isinstance(effect, snap.InvokedMacrostep):
             invocation = chart.invocations[effect.invocation]
@@ -44,7 +44,7 @@ def effects_within(
 
 
 def require_explorable(chart: Chart) -> None:
-    """Refuse what is not explored of a chart that invokes others."""
+    """Reject the features of a chart with invocations that are not explored."""
     if not chart.invocations:
         return
     results = {operation.name: operation.result for operation in chart.operations}
@@ -66,12 +66,12 @@ def require_explorable(chart: Chart) -> None:
                     "not-explored-yet",
                     f"`{operation.name}` returns other types in charts that run together",
                     operation.span,
-                    help="give one of them another name",
+                    help="rename one of them",
                 )
 
 
 def require_alone(chart: Chart, what: str, way_out: str) -> None:
-    """Refuse a chart that invokes others."""
+    """Reject a chart that invokes others."""
     for invocation in chart.invocations:
         raise fail(
             "not-explored-yet",
@@ -84,9 +84,9 @@ def require_alone(chart: Chart, what: str, way_out: str) -> None:
 def settled(
     chart: Chart, snapshot: snap.Snapshot, *, untimed: bool, in_order: bool = False
 ) -> snap.Snapshot:
-    """Return a machine, and those in it, with what does not count as state cleared.
+    """Return a machine, and those in it, with everything cleared that is not state.
 
-    ``in_order``: the order in which timers were armed counts where their deadlines do not.
+    ``in_order``: the order in which timers were armed is state although their deadlines are not.
     """
     if not snapshot.running:
         fault = snapshot.fault
@@ -115,8 +115,8 @@ def settled(
     return replace(snapshot, timers=timers, now=0, invoked=invoked)
 
 
-def waiting(chart: Chart, snapshot: snap.Snapshot) -> int:
-    """Return how many events can be taken from queues now."""
+def waiting_count(chart: Chart, snapshot: snap.Snapshot) -> int:
+    """Return the number of events that can be taken from queues now."""
     return sum(
         len(s.queue) + sum(not is_deferred(c, s, o.event) for o in s.deferred)
         for c, s in running_within(chart, snapshot)
@@ -124,7 +124,7 @@ def waiting(chart: Chart, snapshot: snap.Snapshot) -> int:
 
 
 def timers_within(chart: Chart, snapshot: snap.Snapshot) -> list[tuple[Chart, snap.Timer]]:
-    """Return all that is armed."""
+    """Return all armed timers."""
     return [(c, timer) for c, s in running_within(chart, snapshot) for timer in s.timers]
 
 
@@ -137,7 +137,7 @@ def timer_of(chart: Chart, snapshot: snap.Snapshot, place: int) -> tuple[Chart, 
 
 
 def is_due(snapshot: snap.Snapshot) -> bool:
-    """Whether a timer is due, in a settled machine or in one that runs in it."""
+    """Whether a timer has expired, in a settled machine or in one that runs in it."""
     deadline = next_deadline(snapshot)
     return deadline is not None and deadline <= 0
 
@@ -157,7 +157,7 @@ def invoked_elapsed(snapshot: snap.Snapshot, ticks: int) -> tuple[snap.Snapshot 
 
 
 def with_first(snapshot: snap.Snapshot, place: int) -> snap.Snapshot:
-    """Return a machine in which a timer of those within is the next to fire."""
+    """Return a machine in which one of the timers within is the next to fire."""
     if place < len(snapshot.timers):
         timers = list(snapshot.timers)
         first = replace(timers.pop(place), deadline=BEFORE_ALL)
@@ -178,14 +178,16 @@ def _armed(snapshot: snap.Snapshot) -> int:
     return len(snapshot.timers) + sum(_armed(c) for c in snapshot.invoked if c is not None)
 
 
-def shown(snapshot: snap.Snapshot) -> Hashable:
-    """Return what counts as the configuration: the active states, of what runs in it too."""
-    inner = tuple(None if child is None else shown(child) for child in snapshot.invoked)
+def active_configuration(snapshot: snap.Snapshot) -> Hashable:
+    """Return the observable configuration: the active states, also those of invoked machines."""
+    inner = tuple(
+        None if child is None else active_configuration(child) for child in snapshot.invoked
+    )
     return snapshot.configuration, snapshot.running, inner
 
 
 def timer_name(chart: Chart, snapshot: snap.Snapshot, place: int) -> Hashable:
-    """Return what tells a timer from all others of a machine, and from its slots'."""
+    """Return the identity of a timer among those of a machine and of its slots."""
     if place < len(snapshot.timers):
         match snapshot.timers[place].what:
             case snap.Timeout(transition):
@@ -205,7 +207,7 @@ def timer_name(chart: Chart, snapshot: snap.Snapshot, place: int) -> Hashable:
 
 
 def _untimed_order(timer: snap.Timer) -> tuple[int, int, str]:
-    """Timeouts by transition, then delayed events: an order that does not depend on deadlines."""
+    """Return the order of timers without deadlines: by transition, then delayed events."""
     match timer.what:
         case snap.Timeout(transition):
             return 0, transition, ""

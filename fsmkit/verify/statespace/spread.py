@@ -1,8 +1,8 @@
-"""By which of its parts the states of a space differ: the queue or the input that fills it.
+"""Find the part of the state, such as a queue or an input, that multiplies the state space.
 
-Both engines look at the local states that they found first. Of a part (a queue, a variable) they
-count the values, and the states that are left without it: as many states as there are for one of
-these, so often the part multiplies the space.
+Both engines use the first local states that they found. For each part (a queue, a variable) they
+count its values, and the states that remain without it. The quotient of all states by these is the
+factor of the part.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LOOKED_AT = 1 << 14
 
 
 class Kind(Enum):
-    """What a part of a local state is."""
+    """The kind of a part of a local state."""
 
     QUEUE = "queue"
     """What waits in the queue, and what is deferred: they share its capacity."""
@@ -33,7 +33,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part; ``index`` is its place among those of its kind in the chart."""
+    """A part; ``index`` is its index among those of its kind in the chart."""
 
     kind: Kind
     index: int = 0
@@ -57,7 +57,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Of so many local states: for each of `parts_of` its values, and the states without it."""
+    """The values of each part of `parts_of`, and the number of states without it."""
 
     states: int = 0
     parts: tuple[tuple[int, int], ...] = ()
@@ -68,7 +68,7 @@ UNKNOWN = Spread()
 
 
 def parts_of(chart: Chart) -> tuple[Part, ...]:
-    """Return the parts of the local states of a machine; what is left is where it stands."""
+    """Return the parts of the local states of a machine, without its configuration."""
     counts = {
         Kind.QUEUE: 1,
         Kind.TIMERS: 1,
@@ -94,7 +94,7 @@ def spread_of(chart: Chart, snapshots: Sequence[Snapshot]) -> Spread:
 
 
 def read_spread(told: Mapping[str, Any] | None) -> Spread:
-    """Read what the explorer in C prints (core/system/spread.c)."""
+    """Parse the explorer's output (core/system/spread.c)."""
     if told is None:
         return UNKNOWN
     return Spread(told["states"], tuple((values, others) for values, others in told["parts"]))

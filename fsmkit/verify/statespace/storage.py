@@ -1,4 +1,4 @@
-"""How the explorer in C keeps the states it has passed, and what it risks where it keeps less."""
+"""Storage of visited states in the explorer in C, and the risk of lossy storage."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NEEDS_EXACT = "it needs the whole graph, so exact storage (`--storage exact`)"
 
 
 class Storage(Enum):
-    """What is kept of a state that was passed."""
+    """The stored form of a visited state."""
 
     EXACT = "exact"
     HASH_COMPACT = "hash-compact"
@@ -28,7 +28,7 @@ class Storage(Enum):
 
 
 def read_storage(name: str) -> Storage:
-    """Return the storage of that name, else raise `FsmkitError` (``no-such-storage``)."""
+    """Return the storage of that name. Raises `FsmkitError` (``no-such-storage``)."""
     if name not in {storage.value for storage in Storage}:
         known = ", ".join(storage.value for storage in Storage)
         raise fail("no-such-storage", f"there is no storage `{name}`", help=f"use one of {known}")
@@ -39,9 +39,9 @@ def read_storage(name: str) -> Storage:
 class LossyTable:
     """A lossy table at the end of a search.
 
-    ``filled``, for each of its parts, of which all are equally large: for bitstate how many of its
-    ``room`` bits are set; for hash compaction how many stored states a look-up compares, added up
-    over the ``room`` lines of the part that it can begin at. ``bytes``: of the whole table.
+    ``filled``, for each of its parts, all of equal size: for bitstate the number of set bits among
+    its ``room`` bits; for hash compaction the stored states that a look-up compares, summed over
+    the ``room`` lines of the part where it can start. ``bytes``: of the whole table.
     """
 
     storage: Storage
@@ -51,13 +51,13 @@ class LossyTable:
 
     @property
     def match_probability(self) -> float:
-        """The probability that a new state is taken for a known one, with the table as it is now.
+        """The probability that a new state matches a known one in the current table.
 
-        Its hashes are taken for uniform and independent. Hash compaction: each stored state that is
-        compared is equal by chance with probability ``2 ** -COMPACT_BITS`` (Stern and Dill 1996);
-        the sum over the mean number of them is a bound. Bitstate: all ``BIT_FUNCTIONS`` bits are
-        set, each with the share of bits that are (Bloom 1970). Before, the table was emptier, and
-        the probability no greater.
+        Hashes are assumed to be uniform and independent. Hash compaction: each compared state
+        matches by chance with probability ``2 ** -COMPACT_BITS`` (Stern and Dill 1996); the sum
+        over their mean number is a bound. Bitstate: all ``BIT_FUNCTIONS`` bits are set, each with
+        probability the share of set bits (Bloom 1970). Earlier the table was emptier, and the
+        probability no greater.
         """
         shares = [count / self.room for count in self.filled]
         if self.storage is Storage.BITSTATE:
@@ -67,7 +67,7 @@ class LossyTable:
 
 
 def read_table(told: Mapping[str, Any] | None) -> LossyTable | None:
-    """Return the table that the explorer tells of (``core/main.c``); None if it stored exactly."""
+    """Return the table from the explorer's output (``core/main.c``); None for exact storage."""
     if told is None:
         return None
     storage = Storage(told["storage"])
@@ -75,21 +75,21 @@ def read_table(told: Mapping[str, Any] | None) -> LossyTable | None:
 
 
 def expected_omissions(match: float, states: int) -> float:
-    """Return a bound on how many states are expected to have been taken for known ones.
+    """Return a bound on the expected number of states that matched a known one.
 
-    Each state that was stored stands, in the mean, for ``match / (1 - match)`` trials before it
-    that were not, as ``match`` is the greatest probability of that. Further states may have been
-    missed for being reached only through those.
+    Each stored state accounts, in the mean, for ``match / (1 - match)`` earlier trials that were
+    not stored, as ``match`` is the greatest probability of that. States that are reachable only
+    through those may have been missed, too.
     """
     return states * match / (1 - match) if match < 1 else math.inf
 
 
 def omission_probability(match: float, depth: int) -> float:
-    """Return a bound on the probability that any one reachable state was missed.
+    """Return a bound on the probability that a given reachable state was missed.
 
-    Breadth first, a state is missed only if one of those on a shortest path to it was taken for a
-    known one (Stern and Dill 1996). If none of the first ``n`` was, the ``n``-th was stored ``n``
-    steps deep; so the first that was taken for a known one is at most a step deeper than the search
-    came, and at most ``depth + 2`` states of the path were looked up for the first time.
+    Breadth first, a state is missed only if one on a shortest path to it matched a known one (Stern
+    and Dill 1996). If none of the first ``n`` did, the ``n``-th was stored ``n`` steps deep. So the
+    first match is at most one step deeper than the search, and at most ``depth + 2`` states of the
+    path were looked up for the first time.
     """
     return min(1.0, (depth + 2) * match)

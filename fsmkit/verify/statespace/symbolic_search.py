@@ -1,4 +1,4 @@
-"""Searches that keep all states as one diagram (``core/symbolic``), and what they cannot do."""
+"""Searches that keep all states as one diagram (``core/symbolic``), and their limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.verify.statespace.storage import Storage
 
 
 class Search(Enum):
-    """How states are found and kept."""
+    """The search procedure, and the form of the set of states."""
 
     AUTO = "auto"
     """One by one; those that are many, also as a diagram, in turns: the first to end answers."""
@@ -30,7 +30,7 @@ SEARCHES = tuple(search.value for search in Search)
 
 
 def read_search(name: str) -> Search:
-    """Return the search of that name, else raise `FsmkitError` (``no-such-search``)."""
+    """Return the search of that name. Raises `FsmkitError` (``no-such-search``)."""
     if name not in SEARCHES:
         known = ", ".join(SEARCHES)
         raise fail("no-such-search", f"there is no search `{name}`", help=f"use one of {known}")
@@ -39,11 +39,11 @@ def read_search(name: str) -> Search:
 
 @dataclass(frozen=True, slots=True)
 class Diagram:
-    """The diagram that a symbolic search ended with.
+    """The diagram at the end of a symbolic search.
 
-    ``order``: the machines by level, the highest first; ``found_by``: ``given``, ``kept`` (of an
+    ``order``: the machines by level, the highest first; ``found_by``: ``given``, ``kept`` (from an
     earlier run) or ``found``. ``bytes`` are those of nodes, tables, caches and events; ``made``:
-    nodes, those included that were garbage. ``unknown``: marks that could not be evaluated on it.
+    all nodes, collected ones included. ``unknown``: marks that could not be evaluated on it.
     """
 
     nodes: int
@@ -65,16 +65,16 @@ def why_not_symbolic(closed: ClosedSystem, storage: Storage) -> str:
     if closed.system.freezers:
         return "nodes may freeze"
     if closed.covers:
-        return "a way to each transition is asked for"
+        return "a path to each transition is requested"
     if storage is not Storage.EXACT:
         return f"{storage.value} storage keeps states one by one"
     return ""
 
 
 def explicit_only(closed: ClosedSystem, names: Collection[str] = ()) -> Iterator[tuple[int, str]]:
-    """Yield the properties, by number, that need every state by itself, and why.
+    """Yield the properties, by number, that need an explicit search, and why.
 
-    ``names``: those that are asked for (none: all).
+    ``names``: the requested properties (empty: all).
     """
     for number, property_ in enumerate(closed.system.properties):
         if names and property_.name not in names:

@@ -1,1 +1,1 @@
-"""Tests from paths: counterexamples and covering suites in, pytests and C programs out."""
+"""Generate tests from paths: counterexamples and covering suites become pytests and C programs."""

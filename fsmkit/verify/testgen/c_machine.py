@@ -1,4 +1,4 @@
-"""What a C test needs of a machine: its host, what is seen of it, and its single steps."""
+"""The part of a C test for one machine: its host, its observable state, and its single steps."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from fsmkit.verify.testgen.script import Command
 
 
 class MachineTest:
-    """Writes what a test needs of a machine: its host, what is seen of it, and single steps."""
+    """Writes the part of a test for one machine: its host, its observable state, its steps."""
 
     def __init__(
         self, closed: ClosedSystem, number: int, chart: Chart, members: frozenset[str]
@@ -54,7 +54,7 @@ class MachineTest:
                 self.out.line(f"{place} = ({cast})({self._literal(value, type_)});")
 
     def functions(self, used: str) -> str:
-        """Return the functions; single steps only where the text of the paths has them."""
+        """Return the functions; single steps only if the text of the paths uses them."""
         self.out = Emitter()
         for operation in self._chart.operations:
             self._answers(operation)
@@ -65,24 +65,24 @@ class MachineTest:
                 self.out.line(f"{head}{parameters(event.fields, self.names)})")
                 with self.out.block("{"):
                     self.out.line("(void)m;")
-                    self._tell("out", event.name, event.fields)
+                    self._note_call("out", event.name, event.fields)
                     self.out.line('printf("\\n");')
                 self.out.line()
-        self._seen()
+        self._observation()
         if f"{self.type}_come(" in used:
-            self._come()
+            self._delivery()
         if f"{self.type}_fire(" in used:
             self._fire_now()
         return self.out.finish().replace("printf(", "note(")
 
-    def _tell(self, what: str, name: str, fields: tuple[lang.Field, ...]) -> None:
-        """Write what notes a call, without the end of its line."""
+    def _note_call(self, what: str, name: str, fields: tuple[lang.Field, ...]) -> None:
+        """Write the C that records a call, without the end of its line."""
         self.out.line(f'printf("{printed(f"{what} " + name)}");')
         for part in fields:
             self._show(self.names.field(part.name), part.type)
 
     def _show(self, text: str, type_: lang.Type) -> None:
-        """Write what notes a value, with a space before it."""
+        """Write the C that records a value, with a space before it."""
         match type_:
             case lang.ArrayType(element, length):
                 self._show_parts([(f"{text}[{n}]", element) for n in range(length)])
@@ -117,7 +117,7 @@ class MachineTest:
                 texts = ", ".join(self._literal(value, result) for value in values)
                 out.line(f"static const {stored} values[] = {{{texts}}};")
                 out.line(f"{stored} value = values[{'answer()' if len(values) > 1 else '0'}];")
-            self._tell("op", operation.name, operation.parameters)
+            self._note_call("op", operation.name, operation.parameters)
             if result is not None:
                 out.line('printf(" =");')
                 self._show("value", result)
@@ -126,8 +126,8 @@ class MachineTest:
                 out.line("return value;")
         out.line()
 
-    def _seen(self) -> None:
-        """Write what notes data, outputs and active states."""
+    def _observation(self) -> None:
+        """Write the C that records data, outputs and active states."""
         out, t = self.out, self.type
         with out.block(f"static void {t}_look(const {t} *m)\n{{"):
             for variable in (*self._chart.data, *self._chart.outputs):
@@ -143,11 +143,11 @@ class MachineTest:
             out.line(f'printf("%s\\n", {t}_finished(m) ? " finished" : "");')
         out.line()
 
-    def _come(self) -> None:
-        """Write what lets an event come from outside, ahead of the queue."""
+    def _delivery(self) -> None:
+        """Write the C that delivers an external event ahead of the queue."""
         out, t = self.out, self.type
         out.text(f"""
-        /* An event comes ahead of the queue. */
+        /* Delivers an event ahead of the queue. */
         static void {t}_come({t} *m, const {t}_event *e, bool may_defer)
         {{
             if (!may_defer) {{
@@ -164,9 +164,9 @@ class MachineTest:
         out.line()
 
     def _fire_now(self) -> None:
-        """Write what lets a timer fire: late, if it is due, else now, whatever its deadline is."""
+        """Write the C that fires a timer: late, if it has expired, else before its deadline."""
         out, t = self.out, self.type
-        out.line("/* A timer fires, as the first: that of a transition, or of an event sent. */")
+        out.line("/* Fires a timer before all others: that of a transition, or of a sent event. */")
         delayed = "fsm.delayed" in self._members
         event = f", const {t}_event *e" if delayed else ""
         with out.block(

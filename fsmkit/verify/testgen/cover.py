@@ -1,7 +1,7 @@
-"""A suite of tests that takes every transition and enters every state that can be reached.
+"""Generate a suite of tests that covers all reachable transitions and states.
 
-Paths are shortest ones to what is new in them. Those that lead farthest are taken first, as they
-cover much on their way; then those are left out whose marks the others cover.
+The paths are shortest ones to each new item. The longest are kept first, as they cover much on
+their way; then paths are removed whose marks the others cover.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fsmkit.verify.statespace.exploration import End, Exploration, Figures, Trai
 
 @dataclass(frozen=True, order=True, slots=True)
 class Item:
-    """Something to cover: a transition of a machine by number, or a state."""
+    """An item to cover: a transition of a machine by number, or a state."""
 
     machine: int
     is_state: bool
@@ -36,7 +36,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Uncovered:
-    """What no path covers, and why."""
+    """An item that no path covers, and why."""
 
     item: Item
     text: str
@@ -45,7 +45,7 @@ class Uncovered:
 
 @dataclass(frozen=True)
 class Cover:
-    """Paths, and what they cover. ``wanted``: all that there is to cover."""
+    """Paths, and the items that they cover. ``wanted``: all items."""
 
     closed: ClosedSystem
     paths: tuple[Counterexample, ...]
@@ -55,17 +55,17 @@ class Cover:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all that can be reached is covered."""
+        """Whether all reachable items are covered."""
         return not any(u.reason == NOT_SHOWN for u in self.uncovered)
 
 
-NOT_SHOWN = "reached, but memory for the way there ran out"
+NOT_SHOWN = "reached, but memory for its path ran out"
 
 
 def cover(report: Report) -> Cover:
-    """Return the suite of a report that was made with ``covers``."""
+    """Return the suite of a report whose exploration used ``covers``."""
     closed, found = report.closed, report.exploration
-    wanted = frozenset(_wanted(closed))
+    wanted = frozenset(_items(closed))
     with ExitStack() as stack:
         paths = _paths(closed, found, wanted, _trails(closed, found, stack))
     covered = frozenset[Item]().union(*(marks for _, marks in paths)) & wanted
@@ -83,8 +83,8 @@ def _trails(
     return engine.trail
 
 
-def _wanted(closed: ClosedSystem) -> Iterator[Item]:
-    """Yield all that is to be covered of the machines that are tested."""
+def _items(closed: ClosedSystem) -> Iterator[Item]:
+    """Yield all items of the tested machines."""
     for machine in tested(closed):
         chart = closed.charts[machine]
         for transition in chart.transitions:
@@ -96,7 +96,7 @@ def _wanted(closed: ClosedSystem) -> Iterator[Item]:
 
 
 def tested(closed: ClosedSystem) -> tuple[int, ...]:
-    """Return the machines that are tested: not what surrounds or connects them."""
+    """Return the tested machines: those of neither the environment nor connections."""
     return tuple(
         n
         for n, machine in enumerate(closed.system.machines)
@@ -123,7 +123,7 @@ def _paths(
         marks = frozenset(_marks(closed, path.steps)) & wanted
         chosen.append((path, marks))
         covered |= marks
-    return _needed(chosen)
+    return _minimal_paths(chosen)
 
 
 def _mark(closed: ClosedSystem, item: Item) -> int:
@@ -144,10 +144,10 @@ def _marks(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Item]:
                     pass
 
 
-def _needed(
+def _minimal_paths(
     paths: Sequence[tuple[Counterexample, frozenset[Item]]],
 ) -> list[tuple[Counterexample, frozenset[Item]]]:
-    """Leave out paths that cover nothing which the others do not, the shortest first."""
+    """Remove paths that cover nothing beyond the others, the shortest first."""
     kept = list(paths)
     for path in sorted(paths, key=lambda p: len(p[0].steps)):
         others = frozenset[Item]().union(*(marks for p, marks in kept if p is not path[0]))
@@ -156,7 +156,7 @@ def _needed(
     return kept
 
 
-# --- what is told --------------------------------------------------------------------------------
+# --- reports -------------------------------------------------------------------------------------
 
 
 def _uncovered(closed: ClosedSystem, found: Exploration, item: Item) -> Uncovered:
@@ -201,7 +201,7 @@ def _why_never_taken(
 
 
 def _raised(chart: Chart, transition: Transition) -> bool:
-    """Whether the machine itself may raise an event of a transition: any that is not only in."""
+    """Whether the machine may raise an event of a transition: any that is not only external."""
     return any(
         {d.value for d in chart.events[event].directions} != {"in"} for event in transition.events
     )
@@ -220,8 +220,8 @@ def text_of(closed: ClosedSystem, item: Item) -> str:
     return f"{before}{source} {spell_trigger(transition, chart)}{goes}".replace("  ", " ")
 
 
-def told(cover: Cover) -> str:
-    """Return a line on what is covered."""
+def coverage_line(cover: Cover) -> str:
+    """Return a line on the coverage."""
     steps = sum(len(path.steps) for path in cover.paths)
     return (
         f"{len(cover.paths)} paths of {steps} steps cover {len(cover.covered)} of "
@@ -230,10 +230,10 @@ def told(cover: Cover) -> str:
 
 
 def table(cover: Cover) -> str:
-    """Return the page on what is covered: Markdown."""
+    """Return a page on the coverage in Markdown."""
     closed = cover.closed
     lines = [
-        f"# What the tests of {closed.system.name} cover",
+        f"# Coverage of the tests of {closed.system.name}",
         "",
         f"{len(cover.paths)} paths, {sum(len(p.steps) for p in cover.paths)} steps.",
         "",
@@ -261,12 +261,12 @@ def table(cover: Cover) -> str:
 
 
 def name_of(number: int) -> str:
-    """Return the name of a path, from 1 on."""
+    """Return the name of a path, from 1."""
     return f"path_{number}"
 
 
-def named(cover: Cover) -> Mapping[str, tuple[str, Counterexample]]:
-    """Return the paths by name, with what each is for, as `verify.testgen.suites` takes them."""
+def named_paths(cover: Cover) -> Mapping[str, tuple[str, Counterexample]]:
+    """Return the paths by name, each with its purpose, for `verify.testgen.suites`."""
     return {
         name_of(number): (f"{len(path.steps)} steps", path)
         for number, path in enumerate(cover.paths, 1)

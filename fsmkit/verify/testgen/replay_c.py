@@ -1,4 +1,4 @@
-"""Paths as a C program: it drives the machines that `fsmkit compile` writes, and compares."""
+"""Write paths as a C program that drives the machines of `fsmkit compile`, and compares."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.codegen.c.names import name_everything
 from fsmkit.emit import Emitter, plain, printing
 from fsmkit.emit.c import comment, quoted
 from fsmkit.plan import lower
-from fsmkit.verify.report.counterexample import TraceStep, checked
+from fsmkit.verify.report.counterexample import TraceStep, explorer_step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.testgen.c_machine import MachineTest
 from fsmkit.verify.testgen.script import commands
@@ -25,7 +25,7 @@ HEAD = r"""
 #include <stdio.h>
 #include <string.h>
 
-/* What the machine at hand did in a step, and what its operations are to answer. */
+/* The output of the current machine in a step, and the results of its operations. */
 static char done[ROOM];
 static size_t length;
 static const unsigned *answers;
@@ -70,7 +70,7 @@ static unsigned answer(void)
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """A path with a name, which is that of a function in C, and what it is about."""
+    """A path with a name, which is that of a C function, and its description."""
 
     name: str
     text: str
@@ -87,8 +87,8 @@ def in_c(
 ) -> str:
     """Return the text of the program; ``charts``: of the machines, named as they are compiled.
 
-    What surrounds the machines, and what connects them, is no part of it. ``about`` are the lines
-    of its first comment, before how to compile it; ``file`` is its own name.
+    Machines of the environment and of connections are not part of it. ``about``: the lines of its
+    first comment, before the command for compiling it; ``file``: its own name.
     """
     tested = [
         n
@@ -107,9 +107,9 @@ def in_c(
         f"/* {comment(line)}" if n == 0 else f" * {comment(line)}" for n, line in enumerate(about)
     )
     out.line(f" *     cc -I generated {file} {' '.join(f'generated/{name}' for name in files)}")
-    out.line(" * It returns 0 if all machines do in every step what is written here. */")
+    out.line(" * It returns 0 if all machines behave in every step as recorded here. */")
     out.lines(f'#include "{prefix}.h"' for prefix in writers)
-    out.line(f"#define ROOM {_room(closed, scenarios)}u /* bytes of what a step may do */")
+    out.line(f"#define ROOM {_room(closed, scenarios)}u /* bytes of the output of a step */")
     out.text(HEAD)
     by_machine = {n: writers[_prefix(charts[n])] for n in tested}
     paths = Emitter()
@@ -135,7 +135,7 @@ LEAST_ROOM = 4096
 
 
 def _room(closed: ClosedSystem, scenarios: Sequence[Scenario]) -> int:
-    """Return how many bytes hold what any step is expected to do, twice."""
+    """Return the number of bytes for the expected output of any step, twice."""
     texts = (
         "\n".join(_expected(closed.charts[command.machine], command.told))
         for scenario in scenarios
@@ -196,8 +196,8 @@ def _name(closed: ClosedSystem, number: int) -> str:
 
 
 def _expected(chart: Chart, told: TraceStep) -> Iterator[str]:
-    """Yield what a host sees of a step; active states by name."""
-    for line in map(plain, checked(chart, told)):  # each becomes a string of C
+    """Yield the observable output of a step; active states by name."""
+    for line in map(plain, explorer_step(chart, told)):  # each line becomes a string of C
         what, *words = line.split(" ")
         if what == "=":
             names = [chart.states[int(w)].id if w.isdecimal() else w for w in words]

@@ -1,4 +1,4 @@
-"""The machines that are generated in Python, under the steps of a path."""
+"""Drive the generated Python machines by the steps of a path."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fsmkit.verify.testgen.script import Command, Waiting, commands
 
 
 def in_python(closed: ClosedSystem, steps: Sequence[TraceStep]) -> list[list[str]]:
-    """Return the lines of the trace of each step; of those in which time passes there are none."""
+    """Return the lines of the trace of each step; none for steps in which time passes."""
     machines = [_Machine(closed, number) for number in range(len(closed.charts))]
     found: list[list[str]] = [[] for _ in steps]
     for command in commands(closed, steps):
@@ -27,7 +27,7 @@ def in_python(closed: ClosedSystem, steps: Sequence[TraceStep]) -> list[list[str
 
 
 class _Host:
-    """Answers operations with what was chosen; what is sent is only traced."""
+    """Returns the chosen results of operations; sent events are only traced."""
 
     def __init__(self, closed: ClosedSystem, machine: int) -> None:
         self.choices: list[int] = []
@@ -58,7 +58,7 @@ class _Machine:
         """Of payloads; a machine whose events carry none has no such constant."""
 
     def perform(self, command: Command) -> list[str]:
-        """Take one step; return its trace, without the line that tells the time."""
+        """Take one step; return its trace, without the line with the time."""
         machine = self._machine
         self._lines.clear()
         self._host.choices = list(command.choices)
@@ -96,7 +96,7 @@ class _Machine:
             getattr(self._machine, name)[slot.element] = value
 
     def _occur(self, command: Command) -> None:
-        """Let an event come ahead of the queue."""
+        """Deliver an event ahead of the queue."""
         machine, event = self._machine, command.occurs
         assert event is not None  # noqa: S101  (an event comes)
         if not command.may_defer:
@@ -112,7 +112,7 @@ class _Machine:
         machine._take_queued()  # noqa: SLF001
 
     def _fire(self, command: Command) -> None:
-        """Let a timer fire as the first: late, if it is due, else now."""
+        """Fire a timer before all others: late, if it has expired, else before its deadline."""
         machine = self._machine
         place = self._place(command.timer)
         due = machine._timer_due[place]  # noqa: SLF001
@@ -130,7 +130,7 @@ class _Machine:
         machine._fire()  # noqa: SLF001
 
     def _place(self, timer: Waiting | None) -> int:
-        """Return the place of a timer among those that are armed."""
+        """Return the index of a timer among the armed ones."""
         machine = self._machine
         count, width = machine._timer_count, self._width  # noqa: SLF001
         armed = machine._timer_what[:count]  # noqa: SLF001

@@ -1,4 +1,4 @@
-"""A counterexample as files: JSON, a pytest that performs it again, and a sequence diagram."""
+"""Save a counterexample as files: JSON, a pytest that performs it again, and a sequence diagram."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def saved(report: Report, source: Path, folder: Path) -> dict[Path, str]:
 
 
 def json_traces(report: Report, folder: Path) -> dict[str, Path]:
-    """Return the files of `saved` from which each trace is performed again, by property."""
+    """Return the JSON files of `saved`, by property."""
     return {
         result.name: folder / f"{name_of(report, result)}.json"
         for result in report.results
@@ -65,14 +65,14 @@ def json_traces(report: Report, folder: Path) -> dict[str, Path]:
 
 
 def name_of(report: Report, result: Result) -> str:
-    """Return the name of the files of a trace, without an end."""
+    """Return the name of the files of a trace, without a suffix."""
     return re.sub(r"\W+", "_", f"{report.closed.system.name}_{result.name}")[:LONGEST]
 
 
 def document(
     closed: ClosedSystem, result: Result, trace: Counterexample, source: Path
 ) -> Mapping[str, object]:
-    """Return a trace as one JSON document, from which it can be performed again."""
+    """Return a trace as a JSON document, from which it can be performed again."""
     return {
         "property": result.name,
         "verdict": result.verdict.value,
@@ -83,7 +83,7 @@ def document(
 
 
 def recorded(closed: ClosedSystem, trace: Counterexample, source: Path) -> Mapping[str, object]:
-    """Return what is needed to perform a path again."""
+    """Return the data for performing a path again."""
     return {
         "file": str(source.resolve()),
         "replaced": {n: str(Path(file).resolve()) for n, file in closed.system.replaced},

@@ -1,7 +1,7 @@
-"""A path as what a host does with each machine: what the saved tests are written from.
+"""Convert a path to the host's commands for each machine, from which tests are written.
 
-Machines do not talk to each other in a test: what one would get of another is put into it, and all
-that it does is compared. So each machine can be tested where no other is.
+Machines do not communicate in a test: the messages to each are inserted, and all of its effects are
+compared. So each machine can be tested without the others.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ Waiting = Timeout | Occurrence
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One step of one machine, and what is done to it before.
+    """One step of one machine, and the changes before it.
 
-    ``number``: of the step, from 1 on. ``now``: its time in whole ticks. ``inputs``: those that
-    changed, by index; after the inputs the shared variables are counted. ``posts``: what came into
-    the queue since its last step. ``occurs``: the event that comes from outside, ahead of the
-    queue; ``may_defer``: and is put off there if a state wants that. ``timer``: the one that fires;
-    ``due``: its deadline is known, and lies ``late`` ticks before now; it is not known where time
-    does not count, or is no whole number of ticks. ``choices``: of results of operations, in order.
+    ``number``: of the step, from 1. ``now``: its time in whole ticks. ``inputs``: those that
+    changed, by index; the shared variables follow the inputs. ``posts``: the events queued since
+    its last step. ``occurs``: the external event, ahead of the queue; ``may_defer``: it may be
+    deferred there. ``timer``: the one that fires; ``due``: its deadline is known, and lies ``late``
+    ticks before now; it is unknown without time, or if it is not a whole number of ticks.
+    ``choices``: of results of operations, in order.
     """
 
     number: int
@@ -53,7 +53,7 @@ class Command:
 
 
 def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Command]:
-    """Yield the commands of a path that was performed."""
+    """Yield the commands of a path."""
     machines = closed.system.machines
     numbers = {machine.name: n for n, machine in enumerate(machines)}
     inputs: list[tuple[Value, ...]] = [initial(chart).inputs for chart in closed.charts]

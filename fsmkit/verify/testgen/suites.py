@@ -1,4 +1,4 @@
-"""Traces as tests: a pytest, for the interpreter and the generated Python, and a C program."""
+"""Save traces as tests: a pytest, for the interpreter and the generated Python, and a C program."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.sessions import require_alone
-from fsmkit.verify.testgen.cover import Cover, named, table
+from fsmkit.verify.testgen.cover import Cover, named_paths, table
 from fsmkit.verify.testgen.replay_c import Scenario, in_c
 from fsmkit.verify.testgen.save import LONGEST, recorded
 
@@ -56,27 +56,27 @@ def test_generated_python(name: str) -> None:
 
 
 def require_language(path: Path) -> None:
-    """Raise a diagnostic where the suffix of a file tells no language for tests."""
+    """Raise `FsmkitError` if no language of tests has the suffix of a file."""
     if path.suffix.lower() not in SUFFIXES:
         raise fail(
             "unknown-suffix",
-            f"the suffix `{path.suffix}` of `{path.name}` tells no language for a test",
+            f"no language for tests has the suffix `{path.suffix}` of `{path.name}`",
             help=f"use one of {', '.join(SUFFIXES)}",
         )
 
 
 def covering(folder: Path, found: Cover, source: Path, charts: Sequence[Chart]) -> dict[Path, str]:
-    """Return the files of a suite that covers machines, and the page on what it covers."""
+    """Return the files of a suite that covers machines, and the page on its coverage."""
     name = legal(found.closed.system.name)[:LONGEST].lower()
     files = {folder / "coverage.md": table(found)}
     if found.paths:
         for path in (folder / f"test_{name}_cover.py", folder / f"{name}_cover.c"):
-            files[path] = suite(path, found.closed, named(found), source, charts)
+            files[path] = suite(path, found.closed, named_paths(found), source, charts)
     return files
 
 
 def traces(report: Report) -> dict[str, tuple[str, Counterexample]]:
-    """Return the traces of a report by the name of a test, each with what it shows."""
+    """Return the traces of a report by the name of a test, each with its description."""
     found, namer = {}, Namer()
     for result in report.results:
         if result.trace is not None and result.trace.steps:
@@ -95,7 +95,7 @@ def suite(
     source: Path,
     charts: Sequence[Chart],
 ) -> str:
-    """Return the text of a file of tests, by its suffix; ``charts`` named as they are compiled."""
+    """Return a file of tests, by its suffix; ``charts`` are named as they are compiled."""
     for machine in closed.system.machines:
         way_out = "save the traces with `--save-trace`: the interpreter performs them"
         require_alone(machine.chart, "no tests of generated code are written", way_out)
@@ -105,7 +105,7 @@ def suite(
         if machine.any_start:
             raise fail(
                 "wrong-option",
-                f"`{machine.name}` starts from any value, its code from that of the chart",
+                f"`{machine.name}` starts from any value, but its code from the chart's value",
                 help="write the tests as a pytest (`.py`), or name the value under `start`",
             )
     about = [
@@ -140,7 +140,7 @@ def _pytest(
 
 
 def _compiled(closed: ClosedSystem, source: Path) -> list[str]:
-    """Return the files to compile: charts, or the system if that gives them constants or names."""
+    """Return the files to compile: charts, or the system if it gives them constants or names."""
     if closed.is_open:
         return [source.as_posix()]
     found: dict[str, None] = {}
@@ -155,7 +155,7 @@ def _compiled(closed: ClosedSystem, source: Path) -> list[str]:
 
 
 def _is_whole(path: Path, chart: Chart) -> bool:
-    """Whether a file holds a chart just as it is."""
+    """Whether a file holds exactly this chart."""
     try:
         return load(path) == chart
     except FsmkitError:
@@ -163,9 +163,9 @@ def _is_whole(path: Path, chart: Chart) -> bool:
 
 
 def compiled_charts(system: System, explored: System) -> tuple[Chart, ...]:
-    """Return the charts of the explored machines, named as `fsmkit compile` names their code."""
+    """Return the charts of the explored machines, named as `fsmkit compile` names them."""
     whole = system
-    if not system.of_chart:  # as they are named where the world is left out
+    if not system.of_chart:  # named as without the environment
         whole = without_world(without_channels(system), Findings()).system
     named = tuple(m.chart for m in whole.machines) if system.of_chart else named_charts(whole)
     known = dict(zip((machine.name for machine in whole.machines), named, strict=True))

@@ -15,10 +15,10 @@ from fsmkit.verify.report.sequences.model import (
     Cause,
     Lifeline,
     Part,
-    Repeated,
+    Repetition,
     Sequence,
-    Way,
-    folded,
+    Transport,
+    fold_repetitions,
 )
 
 
@@ -29,31 +29,31 @@ def block(number: int, text: str, *, arrows: tuple[Arrow, ...] = ()) -> Block:
     )  # fmt: skip
 
 
-def diagram(*parts: Block | Repeated) -> Sequence:
+def diagram(*parts: Block | Repetition) -> Sequence:
     lifelines = (Lifeline("guard[0]"), Lifeline("plant & <co>", is_environment=True))
     return Sequence('A: "P"', lifelines, parts, ("violated: P: a < b; end #1",), violated=True)
 
 
 def test_what_repeats_is_told_once() -> None:
     blocks = (*(block(n, "abc"[n % 3]) for n in range(9)), block(9, "z"))
-    first, last = folded(blocks)
-    assert isinstance(first, Repeated)
+    first, last = fold_repetitions(blocks)
+    assert isinstance(first, Repetition)
     assert (first.times, [b.text for b in first.blocks]) == (3, ["a", "b", "c"])
     assert last == blocks[-1]
 
 
 def test_what_repeats_too_little_is_told_as_it_is() -> None:
     blocks = tuple(block(n, "ab"[n % 2]) for n in range(4))
-    assert folded(blocks) == blocks
+    assert fold_repetitions(blocks) == blocks
 
 
 def test_folding_loses_no_step() -> None:
     texts = "xababababyzzzzzzzq" + "abcd" * 7
     blocks = tuple(block(n, text) for n, text in enumerate(texts))
     unfolded = ""
-    for part in folded(blocks):
-        each = part.blocks if isinstance(part, Repeated) else (part,)
-        times = (part.times or 0) if isinstance(part, Repeated) else 1
+    for part in fold_repetitions(blocks):
+        each = part.blocks if isinstance(part, Repetition) else (part,)
+        times = (part.times or 0) if isinstance(part, Repetition) else 1
         unfolded += "".join(b.text for b in each) * times
     assert unfolded == texts
 
@@ -62,9 +62,9 @@ AWKWARD = 'end "a" ; #1 <b> & `c` **d** \\n %x\u0007'
 
 
 @pytest.mark.parametrize("part", Part)
-@pytest.mark.parametrize("way", Way)
-def test_svg_is_well_formed_whatever_the_texts_are(way: Way, part: Part) -> None:
-    drawn = diagram(block(1, AWKWARD, arrows=(Arrow(0, 1, AWKWARD, way, part),)))
+@pytest.mark.parametrize("way", Transport)
+def test_svg_is_well_formed_whatever_the_texts_are(transport: Transport, part: Part) -> None:
+    drawn = diagram(block(1, AWKWARD, arrows=(Arrow(0, 1, AWKWARD, transport, part),)))
     root = ET.fromstring(svg.draw(drawn))
     texts = "".join(root.itertext())
     for word in ("plant & <co>", "guard[0]", "`c`", "violated: P: a < b"):
@@ -73,10 +73,10 @@ def test_svg_is_well_formed_whatever_the_texts_are(way: Way, part: Part) -> None
 
 def test_messages_that_travel_differently_look_different() -> None:
     looks = set()
-    for way in Way:
-        drawn = svg.draw(diagram(block(1, "x", arrows=(Arrow(0, 1, "m", way),))))
+    for transport in Transport:
+        drawn = svg.draw(diagram(block(1, "x", arrows=(Arrow(0, 1, "m", transport),))))
         looks.add(re.sub(r"(event|output)[^<]*", "", drawn))
-    assert len(looks) == len(Way)
+    assert len(looks) == len(Transport)
 
 
 def test_a_long_svg_names_the_machines_and_their_states_again() -> None:
@@ -91,7 +91,7 @@ def test_a_long_svg_names_the_machines_and_their_states_again() -> None:
 
 
 def test_mermaid_has_no_character_of_its_own_in_texts() -> None:
-    drawn = mermaid.draw(diagram(block(1, AWKWARD), Repeated((block(2, "x"),), None)))
+    drawn = mermaid.draw(diagram(block(1, AWKWARD), Repetition((block(2, "x"),), None)))
     lines = drawn.splitlines()
     assert lines[0] == "sequenceDiagram"
     assert "  loop for ever" in lines
@@ -101,7 +101,7 @@ def test_mermaid_has_no_character_of_its_own_in_texts() -> None:
 
 
 def test_plantuml_closes_all_it_opens_and_escapes() -> None:
-    drawn = plantuml.draw(diagram(block(1, AWKWARD), Repeated((block(2, "x"),), 3)))
+    drawn = plantuml.draw(diagram(block(1, AWKWARD), Repetition((block(2, "x"),), 3)))
     lines = drawn.splitlines()
     assert (lines[0], lines[-1]) == ("@startuml", "@enduml")
     assert lines.count("rnote over m0 #fff8e1") == lines.count("end rnote") == 2
@@ -113,9 +113,9 @@ def test_plantuml_closes_all_it_opens_and_escapes() -> None:
 @pytest.mark.parametrize("width", [80, 130])
 def test_terminal_lines_fit(width: int) -> None:
     arrows = (
-        Arrow(0, 1, "goto(position = 100, speed = 20)", Way.QUEUED),
-        Arrow(1, 0, "position = 100", Way.VALUE),
-        Arrow(1, 0, "late", Way.LOSSY, Part.LOST),
+        Arrow(0, 1, "goto(position = 100, speed = 20)", Transport.QUEUED),
+        Arrow(1, 0, "position = 100", Transport.VALUE),
+        Arrow(1, 0, "late", Transport.LOSSY, Part.LOST),
     )
     lines = terminal.draw(diagram(block(1, "press_start", arrows=arrows)), width)
     assert lines is not None

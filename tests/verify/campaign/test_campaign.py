@@ -15,7 +15,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.verify.campaign import pool, reader, work
 from fsmkit.verify.campaign.jobs import Job, Outcome
 from fsmkit.verify.campaign.ledger import FILE, Ledger
-from fsmkit.verify.campaign.pool import performed
+from fsmkit.verify.campaign.pool import perform_jobs
 from fsmkit.verify.campaign.reader import Campaign, read_campaign
 from tests import needs
 
@@ -55,7 +55,7 @@ def campaign(folder: Path, *runs: str) -> Campaign:
 
 def test_a_family_is_each_combination(folder: Path) -> None:
     found = campaign(folder, "{check: counter.yaml, set: {N: 1..3, M: [a, b]}, engine: python}")
-    assert [job.asked["set"] for job in found.jobs] == [
+    assert [job.parameters["set"] for job in found.jobs] == [
         {"N": n, "M": m} for n in ("1", "2", "3") for m in ("a", "b")
     ]
     assert len({job.key for job in found.jobs}) == 6
@@ -74,11 +74,14 @@ def test_patterns_lists_seeds_and_parts(folder: Path) -> None:
     by_run = {n: [job for job in found.jobs if job.run == n] for n in range(6)}
     assert [job.short for job in by_run[0]] == ["counter.yaml", "stuck.yaml"]
     assert [job.short for job in by_run[1]] == ["stuck.yaml", "counter.yaml"]
-    assert by_run[1][0].asked["properties"] == ["P", "Q"]
-    assert [job.asked["seed"] for job in by_run[2]] == [2, 3, 4]
-    assert [job.asked["seed"] for job in by_run[3]] == [1, 2]
-    assert [(j.asked["first"], j.asked["last"]) for j in by_run[4]] == [(0, 3)]
-    assert [(j.asked["first"], j.asked["charts"]) for j in by_run[5]] == [(0, 100), (100, 50)]
+    assert by_run[1][0].parameters["properties"] == ["P", "Q"]
+    assert [job.parameters["seed"] for job in by_run[2]] == [2, 3, 4]
+    assert [job.parameters["seed"] for job in by_run[3]] == [1, 2]
+    assert [(j.parameters["first"], j.parameters["last"]) for j in by_run[4]] == [(0, 3)]
+    assert [(j.parameters["first"], j.parameters["charts"]) for j in by_run[5]] == [
+        (0, 100),
+        (100, 50),
+    ]
 
 
 def test_a_key_names_what_a_result_hangs_on(folder: Path) -> None:
@@ -139,20 +142,26 @@ def test_tools_of_the_project_are_not_installed(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(reader, "is_checkout", lambda: False)
-    with pytest.raises(FsmkitError, match="not installed with it"):
+    with pytest.raises(FsmkitError, match="which are not installed"):
         campaign(folder, "{differential: {charts: 1}}")
 
 
 def test_a_job_that_fails_is_an_outcome() -> None:
-    asked = {"set": {}, "properties": [], "time": "untimed", "silent": False, "engine": "python"}
-    job = Job(0, "check", "/no/such/file.yaml", {**asked, "timeout": 0.0, "memory": 1 << 28})
+    parameters = {
+        "set": {},
+        "properties": [],
+        "time": "untimed",
+        "silent": False,
+        "engine": "python",
+    }
+    job = Job(0, "check", "/no/such/file.yaml", {**parameters, "timeout": 0.0, "memory": 1 << 28})
     found = work.perform(job)
     assert found.verdict == "error"
     assert "no/such/file" in found.why
 
 
 def test_what_is_kept_is_read_again(tmp_path: Path) -> None:
-    outcomes = [Outcome(f"check-{n}", "holds", told={"states": n}) for n in range(3)]
+    outcomes = [Outcome(f"check-{n}", "holds", results={"states": n}) for n in range(3)]
     for outcome in outcomes:
         Ledger(tmp_path).keep(outcome)
     with (tmp_path / FILE).open("a") as file:
@@ -172,7 +181,7 @@ def test_a_damaged_line_counts_as_missing(line: str, tmp_path: Path) -> None:
     (tmp_path / FILE).write_text(f'{line}\n{{"key": "b", "verdict": "holds"}}\n')
     known = Ledger(tmp_path).known()
     assert known["b"] == Outcome("b", "holds")
-    assert all(isinstance(outcome.told, dict) for outcome in known.values())
+    assert all(isinstance(outcome.results, dict) for outcome in known.values())
 
 
 def test_a_folder_belongs_to_one_run_at_a_time(tmp_path: Path) -> None:
@@ -209,10 +218,10 @@ def test_without_dask(
         str(folder / "kept"),
     ]
     assert execute([*arguments, "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["counts"] == {"holds": 2, "violated": 1, "undecided": 0, "error": 0}
-    assert [job["states"] for job in told["jobs"]] == [2, 3, 2]
-    assert told["jobs"][2]["violated"] == ["trap"]
+    results = json.loads(capsys.readouterr().out)
+    assert results["counts"] == {"holds": 2, "violated": 1, "undecided": 0, "error": 0}
+    assert [job["states"] for job in results["jobs"]] == [2, 3, 2]
+    assert results["jobs"][2]["violated"] == ["trap"]
     kept = (folder / "kept" / FILE).read_text()
     monkeypatch.setattr(pool, "perform", None)  # all is known: nothing is done
     assert execute(arguments) == 1
@@ -240,7 +249,7 @@ def test_a_process_that_dies_loses_nothing(folder: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(pool, "has_dask", lambda: False)
     jobs = family(folder).jobs
     outcomes = []
-    for outcome in performed(jobs, None, 2):
+    for outcome in perform_jobs(jobs, None, 2):
         outcomes.append(outcome)
         if len(outcomes) == 3:
             os.kill(int(multiprocessing.active_children()[-1].pid or 0), signal.SIGKILL)
@@ -256,7 +265,7 @@ def test_a_worker_of_dask_that_dies_loses_nothing(folder: Path) -> None:
     needs.need(pool.has_dask(), "distributed")
     jobs = family(folder).jobs
     outcomes = []
-    for outcome in performed(jobs, None, 2):
+    for outcome in perform_jobs(jobs, None, 2):
         outcomes.append(outcome)
         if len(outcomes) == 3:
             os.kill(workers()[-1], signal.SIGKILL)

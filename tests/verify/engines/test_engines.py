@@ -17,7 +17,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.any_file import load_any
 from fsmkit.system.of_one_chart import system_of
 from fsmkit.system.system import System
-from fsmkit.verify.explore import ExplorationOptions, check, explored
+from fsmkit.verify.explore import ExplorationOptions, check, explore
 from fsmkit.verify.report.counterexample import Counterexample
 from fsmkit.verify.report.verdict import Report, Verdict, conclude
 from fsmkit.verify.statespace.closed_system import close
@@ -57,11 +57,11 @@ def both(system: System, *, untimed: bool = False, silent: bool = False) -> None
         memory=1 << 30,
         timeout=60,
     )
-    in_c = explored(system, Findings(), replace(options, reductions=frozenset({"dead"})))
-    in_python = explored(system, Findings(), replace(options, engine="python"))
+    in_c = explore(system, Findings(), replace(options, reductions=frozenset({"dead"})))
+    in_python = explore(system, Findings(), replace(options, engine="python"))
     assert facts(in_c) == facts(in_python)
     assert in_c.end is End.COMPLETE
-    sleeping = explored(system, Findings(), options)
+    sleeping = explore(system, Findings(), options)
     assert facts(replace(sleeping, marks=in_c.marks)) == facts(in_c)  # some marked steps sleep
     ways = ({mark.number: len(mark.path) for mark in found.marks} for found in (in_c, sleeping))
     assert next(ways) == next(ways)
@@ -198,7 +198,7 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
     for untimed in (False, True):
         memory = 64 << 20  # memory, not time: that a busy machine does not shorten it
         try:
-            in_c = explored(
+            in_c = explore(
                 system,
                 Findings(),
                 ExplorationOptions("c", time="untimed" if untimed else "discrete", memory=memory),
@@ -207,7 +207,7 @@ def test_engines_agree_on_random_charts(seed: int) -> None:
             return  # the target says what it cannot express; other tests see to that
         if in_c.end is not End.COMPLETE or in_c.transitions > 600:
             continue
-        in_python = explored(
+        in_python = explore(
             system,
             Findings(),
             ExplorationOptions("python", time="untimed" if untimed else "discrete"),
@@ -284,7 +284,7 @@ def test_nearest_counterexamples_are_as_near_in_both_engines(tmp_path: Path) -> 
 def test_what_was_seen_is_told_though_memory_for_the_way_there_ran_out(load: Load) -> None:
     system = load(**SYSTEMS["livelock"])
     closed = close(system)
-    found = explored(
+    found = explore(
         system, Findings(), ExplorationOptions("c", time="discrete", memory=1 << 30, timeout=60)
     )
     assert found.livelock is not None
@@ -303,4 +303,4 @@ def test_what_was_seen_is_told_though_memory_for_the_way_there_ran_out(load: Loa
     assert violated
     for result in violated:
         assert result.trace is None
-        assert "memory or time for the way there ran out" in result.reason
+        assert "memory or time for its path ran out" in result.reason

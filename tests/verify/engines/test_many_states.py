@@ -11,7 +11,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.c.binding import MOST_STRAIGHT, options_for
-from fsmkit.verify.explore import ExplorationOptions, check, explored
+from fsmkit.verify.explore import ExplorationOptions, check, explore
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.exploration import End
 from tests.codegen.c.sized import KINDS
@@ -52,8 +52,8 @@ def ring(count: int, trap: int | None = None) -> str:
 def test_tables_find_what_the_oracle_finds(text: str, tmp_path: Path) -> None:
     system = system_of_text(text, tmp_path)
     assert options_for(system.machines[0].chart).is_small
-    in_c = explored(system, Findings(), MANNER)
-    in_python = explored(system, Findings(), replace(MANNER, engine="python"))
+    in_c = explore(system, Findings(), MANNER)
+    in_python = explore(system, Findings(), replace(MANNER, engine="python"))
     assert facts(in_c) == facts(in_python)
     assert in_c.end is End.COMPLETE
 

@@ -75,7 +75,7 @@ def test_loss_is_told_once_and_decides_nothing(load: Load, engine: str) -> None:
     (result,) = (r for r in report.results if r.name == "P")
     assert (result.verdict, result.trace is not None) == (Verdict.UNDECIDED, True)
     assert "lost" in result.reason
-    assert told(report) == ["events to `lamp` are lost if more than 3 come at once"]
+    assert told(report) == ["events to `lamp` are lost if more than 3 arrive at once"]
     assert not any(r.name == "lamp.overflow" for r in report.results)
     assert document(report)["max_pending"] is None
     assert not any("environment posts" in line for line in report.assumptions)
@@ -86,7 +86,7 @@ def test_symbolic_search_returns_to_the_limit_where_queues_overflow(load: Load) 
     report = presses(load, options)
     assert report.verdict is Verdict.HOLDS
     assert document(report)["max_pending"] == 1
-    assert told(report) == ["events to `lamp` are lost if more than 3 come at once"]
+    assert told(report) == ["events to `lamp` are lost if more than 3 arrive at once"]
     assert any("at most 1 event is queued" in line for line in report.assumptions)
 
 

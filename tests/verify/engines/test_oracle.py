@@ -216,8 +216,8 @@ def test_unanswered_events_of_a_system_are_told(load: Load) -> None:
     report = check(load(**files), Findings(), options=PYTHON)
     told = [f.message for f in report.findings if f.rule.name == "unanswered-event"]
     assert told == [
-        "`arrived` can reach `driver` where nothing answers",
-        "`move`, `stop` can reach `axis` where nothing answers",
+        "`arrived` can reach `driver` where nothing handles it",
+        "`move`, `stop` can reach `axis` where nothing handles it",
     ]
 
 

@@ -19,7 +19,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
-from fsmkit.verify.bounds import proved
+from fsmkit.verify.bounds import prove_bounds
 from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.explore import ExplorationOptions, check
@@ -366,7 +366,7 @@ def test_a_suite_that_may_lack_something_says_so(load: Load) -> None:
 def test_bounds_are_not_proved_by_it(load: Load) -> None:
     options = ExplorationOptions("c", time="discrete", **AMPLE, storage=Storage.HASH_COMPACT)
     with pytest.raises(FsmkitError) as raised:
-        proved(load(system=LASTING, lamp=LAMP), Findings(), options)
+        prove_bounds(load(system=LASTING, lamp=LAMP), Findings(), options)
     assert "hash-compact storage may miss states" in str(raised.value)
 
 

@@ -16,7 +16,7 @@ from fsmkit.system.system import System
 from fsmkit.verify.engines.c.engine import CEngine
 from fsmkit.verify.engines.python.oracle import Oracle
 from fsmkit.verify.explore import ExplorationOptions, check
-from fsmkit.verify.report.counterexample import checked_state
+from fsmkit.verify.report.counterexample import explorer_state
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.separation_times import Limit, separation_times
@@ -59,7 +59,7 @@ def by_units(closed: ClosedSystem) -> tuple[Exploration, frozenset[tuple[str, ..
         tuple(
             line
             for chart, snapshot in zip(closed.charts, oracle.snapshots(state), strict=True)
-            for line in checked_state(chart, snapshot)
+            for line in explorer_state(chart, snapshot)
         )
         for state in oracle.reached
     }

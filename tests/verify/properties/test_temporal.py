@@ -159,7 +159,7 @@ def test_events_that_occur(load: Load, engine: str) -> None:
         "off": "violated",  # from on
         "only_press": "violated",  # time passes in warming
         "mended": "holds",  # taken, and nothing answers
-        "not_on": "violated",  # where nothing answers
+        "not_on": "violated",  # where nothing handles it
         "start": "holds",
     }
     lengths = {n: len(r.trace.steps) for n, r in found.items() if r.trace is not None}

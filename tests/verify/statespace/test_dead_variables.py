@@ -16,14 +16,14 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
 from fsmkit.verify.engines.python.oracle import Oracle
-from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, check, explored
-from fsmkit.verify.report.counterexample import checked
+from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions, check, explore
+from fsmkit.verify.report.counterexample import explorer_step
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.dead_variables import ResettableVariable
 from fsmkit.verify.statespace.exploration import End
-from fsmkit.verify.statespace.sessions import shown
+from fsmkit.verify.statespace.sessions import active_configuration
 from tests.verify.conftest import Load
 from tests.verify.random_systems import random_system
 from tests.verify.statespace.dead_charts import SYSTEM, random_chart_text
@@ -223,7 +223,9 @@ def facts(closed: ClosedSystem, seconds: float) -> tuple[Mapping[str, object], i
     if found.end is not End.COMPLETE:
         return None
     return {
-        "configurations": {tuple(map(shown, oracle.snapshots(s))) for s in oracle.reached},
+        "configurations": {
+            tuple(map(active_configuration, oracle.snapshots(s))) for s in oracle.reached
+        },
         "marks": [(mark.number, len(mark.path)) for mark in found.marks],
         "livelock": found.livelock is not None,
         "traps": len(found.traps),
@@ -290,7 +292,7 @@ def test_resetting_too_much_would_be_noticed() -> None:
 def test_engines_agree(seed: int, is_open: bool, without: frozenset[str]) -> None:
     system = random_of(seed, is_open=is_open)
     found = [
-        explored(
+        explore(
             system,
             Findings(),
             ExplorationOptions(
@@ -338,7 +340,7 @@ def test_counterexamples_show_true_values(load: Load, engine: str) -> None:
     report = check(system, Findings(), options=ExplorationOptions(engine, time="discrete"))
     (result,) = [r for r in report.results if r.verdict is Verdict.VIOLATED and r.kind is not None]
     assert result.trace is not None
-    assert "d x 3" in checked(system.machines[0].chart, result.trace.steps[-1])
+    assert "d x 3" in explorer_step(system.machines[0].chart, result.trace.steps[-1])
     expected = ("interpreter", "generated C") if engine == "c" else ("interpreter",)
     assert result.trace.replayed == expected, result.trace.differs
 

@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.runtime.interpreter.snapshot import Macrostep, Snapshot
 from fsmkit.system.any_file import load_any
 from fsmkit.system.of_one_chart import system_of
-from fsmkit.verify.statespace.actions import Action, Chooser, Outcome, Step, Who
+from fsmkit.verify.statespace.actions import Action, Chooser, Mover, Outcome, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.local_steps import LocalSteps
 from fsmkit.verify.statespace.reduced_successors import ReducedSuccessors
@@ -39,15 +39,15 @@ def same(closed: ClosedSystem, most: int = MOST) -> tuple[int, int]:
     for machine in range(len(closed.charts)):
         first = slow.settled(machine, slow.initial(machine))
         start = Step(Action.START, machine)
-        begun = slow.explore(machine, first, start, Who.INTERNAL)
-        assert fast.explore(machine, first, start, Who.INTERNAL) == begun
+        begun = slow.explore(machine, first, start, Mover.INTERNAL)
+        assert fast.explore(machine, first, start, Mover.INTERNAL) == begun
         ahead = dict.fromkeys(outcome.after for outcome in begun)
         for snapshot in until(ahead, most):
             theirs, ours = (outcomes(s, machine, snapshot) for s in (slow, fast))
             assert ours == theirs
             found += len(theirs)
             ahead.update(dict.fromkeys(outcome.after for outcome in theirs))
-            if closed.unit and not any(outcome.who is Who.INTERNAL for outcome in theirs):
+            if closed.unit and not any(outcome.mover is Mover.INTERNAL for outcome in theirs):
                 ahead[slow.elapsed(machine, snapshot)] = None
     assert fast.coverage == slow.coverage
     return found, slow.runs - fast.runs
@@ -169,7 +169,7 @@ def test_an_event_that_a_property_asks_for_is_a_step(load: Load) -> None:
     closed = close(load(**WATCHED))
     assert same(closed)[0] > 0
     steps = ReducedSuccessors(closed)
-    (begun,) = steps.explore(0, steps.initial(0), Step(Action.START), Who.INTERNAL)
+    (begun,) = steps.explore(0, steps.initial(0), Step(Action.START), Mover.INTERNAL)
     assert [o.step.action for o in steps.open(0, begun.after)] == [Action.OCCUR]
 
 
@@ -195,7 +195,7 @@ def test_a_step_is_tried_once_for_each_way_through_its_guards(load: Load) -> Non
     closed = close(load(many=chart))
     assert closed.kept_inputs == {3}
     steps = Counted(closed)
-    begun = steps.explore(0, steps.initial(0), Step(Action.START), Who.INTERNAL)
+    begun = steps.explore(0, steps.initial(0), Step(Action.START), Mover.INTERNAL)
     assert steps.runs == (9 + 1) + (6 + 1)
     assert [o.step.choices for o in begun] == [(0,) * 10, (*(0,) * 9, 1), (0, 0, 0, 1, *(0,) * 6)]
     assert [len(o.after.configuration) for o in begun] == [2, 2, 2]

@@ -1,1 +1,1 @@
-"""The flat form: expressions only, for tools that know no functions."""
+"""The flat form: expressions only, for tools without functions."""

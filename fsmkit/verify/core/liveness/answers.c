@@ -2,8 +2,8 @@
 
 #include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
-#include "ways/approach.h"
-#include "ways/lasso.h"
+#include "paths/approach.h"
+#include "paths/lasso.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -58,7 +58,7 @@ bool fsm_answers_are_known(const fsm_answers *self)
 
 /* --- deciding ------------------------------------------------------------------------------------------- */
 
-/* AG EF of what a mark stands for: the states that cannot reach it are those not in its closure backwards. */
+/* AG EF of the condition of a mark: the states that cannot reach it are those not in its closure backwards. */
 static void decide_recovery(fsm_answer *answer, fsm_symbolic *symbolic, uint32_t property)
 {
     fsm_mdd *mdd = &symbolic->mdd;
@@ -84,7 +84,7 @@ static void decide(fsm_answer *answer, fsm_symbolic *symbolic, bool timeless)
     if (is_recoverable(answer)) {
         decide_recovery(answer, symbolic, first - 1);
     } else if (is_leads_to(answer)) {
-        answer->sets = fsm_find_unanswered_sets(symbolic, first - 1, second - 1, timeless);
+        answer->sets = fsm_find_fair_sets(symbolic, first - 1, second - 1, timeless);
         answer->known = answer->sets.known;
         answer->violated = answer->sets.violated;
     }
@@ -110,27 +110,27 @@ void fsm_answers_decide(fsm_answers *self, fsm_symbolic *symbolic)
 /* --- ways ------------------------------------------------------------------------------------------------- */
 
 /* The nearest state of a set, as long as that is to be had; else some state of it. */
-static bool find_way(fsm_answer *answer, const fsm_ways *ways, uint32_t set)
+static bool find_path(fsm_answer *answer, const fsm_path_context *ways, uint32_t set)
 {
     fsm_symbolic *symbolic = ways->symbolic;
-    fsm_ways more = *ways;
+    fsm_path_context more = *ways;
     answer->path.count = 0;
-    if (fsm_way_to_set(ways, set, &answer->path))
+    if (fsm_path_to_set(ways, set, &answer->path))
         return true;
-    symbolic->most_made = symbolic->mdd.made + fsm_most_nodes_of_ways();
-    bool found = fsm_way_by_distances(ways, set, &answer->path);
-    symbolic->most_made = 0;
+    symbolic->max_created = symbolic->mdd.made + fsm_max_nodes_of_paths();
+    bool found = fsm_path_by_distances(ways, set, &answer->path);
+    symbolic->max_created = 0;
     symbolic->mdd.failed = false;
-    more.states = fsm_most_states_of_ways();
-    found = found || (more.states > ways->states && fsm_way_to_set(&more, set, &answer->path));
+    more.states = fsm_max_states_of_paths();
+    found = found || (more.states > ways->states && fsm_path_to_set(&more, set, &answer->path));
     if (found)
         return true;
-    answer->longer = fsm_way_by_approach(ways, set, &answer->path);
+    answer->longer = fsm_path_by_approach(ways, set, &answer->path);
     symbolic->mdd.failed = false;
     return answer->longer;
 }
 
-void fsm_answers_find_ways(fsm_answers *self, const fsm_ways *ways)
+void fsm_answers_find_paths(fsm_answers *self, const fsm_path_context *ways)
 {
     fsm_symbolic *symbolic = ways->symbolic;
     for (uint32_t i = 0; i < self->count && symbolic->outcome == FSM_COMPLETE; i++) {
@@ -139,9 +139,9 @@ void fsm_answers_find_ways(fsm_answers *self, const fsm_ways *ways)
             continue;
         bool has_sets = is_leads_to(answer);
         uint32_t set = has_sets ? fsm_set_of(symbolic, &answer->sets, FSM_SET_HOPELESS) : symbolic->mdd.roots[answer->lost];
-        bool found = find_way(answer, ways, set);
+        bool found = find_path(answer, ways, set);
         answer->longer = answer->longer || (has_sets && !answer->sets.has_all);
-        if (!found || (has_sets && !fsm_way_round(ways, &answer->sets, &answer->path, &answer->cycle)))
+        if (!found || (has_sets && !fsm_cycle_in_sets(ways, &answer->sets, &answer->path, &answer->cycle)))
             answer->path.count = answer->cycle.count = 0;
         symbolic->mdd.failed = false;
     }

@@ -24,23 +24,23 @@ bool fsm_is_marked(const fsm_model *model, fsm_state state, uint32_t mark)
 typedef struct {
     const fsm_set *passed;
     const unsigned char *flags;
-    unsigned char wanted;
+    unsigned char requested;
 } flagged;
 
 static bool is_flagged(void *context, fsm_state state)
 {
     const flagged *self = context;
     uint64_t place = fsm_set_find(self->passed, state);
-    return place != FSM_NOWHERE && (self->flags[place] & self->wanted) != 0;
+    return place != FSM_NOWHERE && (self->flags[place] & self->requested) != 0;
 }
 
-fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, unsigned char wanted, fsm_path *path)
+fsm_state fsm_path_to_flagged(fsm_search *search, const unsigned char *flags, unsigned char requested, fsm_path *path)
 {
-    flagged context = {&search->passed, flags, wanted};
+    flagged context = {&search->passed, flags, requested};
     fsm_found found = {.state = FSM_NO_STATE};
     fsm_search again;
     if (search->trace != NULL)
-        return search->trace(search, flags, wanted, path);
+        return search->trace(search, flags, requested, path);
     if (!fsm_search_init(&again, search->model, search->memory_limit))
         return FSM_NO_STATE;
     again.cores = search->cores;

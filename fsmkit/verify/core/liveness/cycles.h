@@ -1,5 +1,5 @@
-/* cycles.h: what is asked of the graph once every state is known. Steps are enumerated again rather
- * than kept: that costs time once, not memory always. States are named by their places in the set. */
+/* cycles.h: searches in the complete graph. Steps are enumerated again rather than kept: that
+ * costs time once, not memory always. States are named by their places in the set. */
 #ifndef FSM_CYCLES_H
 #define FSM_CYCLES_H
 
@@ -7,7 +7,7 @@
 
 /* A cycle: a state on it, and the ordinals of the steps round it. */
 typedef struct {
-    fsm_state state; /* FSM_NO_STATE: there is none */
+    fsm_state state; /* FSM_NO_STATE: no cycle */
     uint32_t length;
     uint32_t *steps; /* the caller frees it */
 } fsm_cycle;

@@ -73,7 +73,8 @@ static unsigned char close_delayed(void *context, const fsm_components *all, con
     return 0;
 }
 
-/* --- where it begins ---------------------------------------------------------------------------------- */
+/* --- start of the measured time
+ * ------------------------------------------------------------------------ */
 
 static void flag_states(delays *self, uint32_t begin, uint32_t end)
 {
@@ -87,10 +88,10 @@ static void flag_states(delays *self, uint32_t begin, uint32_t end)
     }
 }
 
-/* Calls for each step by which it may begin, and for each initial state. */
-typedef void begun(delays *self, uint64_t from, uint64_t to);
+/* Calls for each step by which the time may start, and for each initial state. */
+typedef void started(delays *self, uint64_t from, uint64_t to);
 
-static bool each_beginning(delays *self, begun *visit)
+static bool each_start(delays *self, started *visit)
 {
     const fsm_search *search = self->search;
     fsm_steps initial = {0};
@@ -130,21 +131,21 @@ static void note_late(delays *self, uint64_t from, uint64_t to)
 
 /* --- a path on which it is late ------------------------------------------------------------------------- */
 
-static fsm_way way_to_begin(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step path_to_start(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     const delays *self = context;
     (void)from;
     return (self->flags[fsm_set_find(&self->search->passed, steps->items[step].to)] & LATE) != 0 ? FSM_ARRIVES
-                                                                                                  : FSM_NO_WAY;
+                                                                                                  : FSM_OFF_PATH;
 }
 
 /* On to the next unit of time, by steps after which as much of it is left as can be. */
-static fsm_way way_on(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step path_on(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     const delays *self = context;
     const fsm_step *s = &steps->items[step];
     if (left_after(self, s) != self->longest[fsm_set_find(&self->search->passed, from)])
-        return FSM_NO_WAY;
+        return FSM_OFF_PATH;
     return s->kind == FSM_STEP_TIME ? FSM_ARRIVES : FSM_GOES_ON;
 }
 
@@ -153,12 +154,12 @@ static bool make_path(delays *self, fsm_path *path)
     const fsm_search *search = self->search;
     fsm_state at = fsm_path_to_flagged(self->search, self->flags, BEFORE_LATE, path);
     if (at != FSM_NO_STATE && (self->flags[fsm_set_find(&search->passed, at)] & LATE) == 0)
-        at = fsm_path_from(search, at, way_to_begin, self, path);
+        at = fsm_path_from(search, at, path_to_start, self, path);
     for (uint32_t passed = 0; at != FSM_NO_STATE && passed <= self->most; passed++) {
         uint64_t place = fsm_set_find(&search->passed, at);
         if ((self->flags[place] & ENDED) != 0)
             return true;
-        fsm_state next = fsm_path_from(search, at, way_on, self, path);
+        fsm_state next = fsm_path_from(search, at, path_on, self, path);
         if (next == FSM_NO_STATE)
             return true; /* where time does not count any more */
         at = next;
@@ -180,19 +181,19 @@ bool fsm_find_delay(fsm_search *search, uint32_t begin, uint32_t end, uint32_t m
     fine = fsm_components_init(&components, search) && fine && self.flags != NULL && self.longest != NULL;
     if (fine)
         flag_states(&self, begin, end);
-    fine = fine && each_beginning(&self, note_beginning);
+    fine = fine && each_start(&self, note_beginning);
     walk.flags = self.flags;
     walk.outside = ENDED;
     for (uint64_t root = 0; fine && root < places; root++) {
         if (!fsm_set_taken(passed, root) || (self.flags[root] & BEGINS) == 0)
             continue;
         fine = fsm_components_from(&components, &walk, root) && !self.failed;
-        found->begun = true;
+        found->started = true;
         found->greatest = self.longest[root] > found->greatest ? self.longest[root] : found->greatest;
     }
     found->late.violated = found->greatest > most;
     if (fine && found->late.violated) {
-        fine = each_beginning(&self, note_late);
+        fine = each_start(&self, note_late);
         if (fine && !make_path(&self, &found->late.path))
             found->late.path.count = 0;
     }

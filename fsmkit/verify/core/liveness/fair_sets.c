@@ -9,7 +9,7 @@ typedef struct {
     fsm_symbolic *symbolic;
     fsm_mdd *mdd;
     fsm_relation back;
-    fsm_unanswered *found;
+    fsm_fair_sets *found;
     uint32_t actions, machines;
 } deciding;
 
@@ -32,7 +32,7 @@ static bool put(deciding *self, uint32_t name, uint32_t set)
 
 /* --- what is looked at -------------------------------------------------------------------------------- */
 
-static bool find_unanswered(deciding *self, uint32_t asked, uint32_t answer)
+static bool find_unanswered(deciding *self, uint32_t request, uint32_t answer)
 {
     fsm_symbolic *s = self->symbolic;
     fsm_relation steps;
@@ -40,12 +40,12 @@ static bool find_unanswered(deciding *self, uint32_t asked, uint32_t answer)
     if (!answered.known)
         return false;
     uint32_t others = fsm_mdd_difference(self->mdd, s->root, answered.marked);
-    if (!put(self, FSM_SET_UNANSWERED, others))
+    if (!put(self, FSM_SET_OPEN, others))
         return false;
-    fsm_evaluated asking = fsm_evaluate(s, others, asked, true);
-    if (!asking.known || !put(self, FSM_SET_ASKING, asking.marked) || !fsm_relation_make(&steps, s, false, NULL, NULL))
+    fsm_evaluated asking = fsm_evaluate(s, others, request, true);
+    if (!asking.known || !put(self, FSM_SET_REQUESTS, asking.marked) || !fsm_relation_make(&steps, s, false, NULL, NULL))
         return false;
-    bool fine = put(self, FSM_SET_UNANSWERED, fsm_relation_close(&steps, asking.marked, others));
+    bool fine = put(self, FSM_SET_OPEN, fsm_relation_close(&steps, asking.marked, others));
     fsm_relation_free(&steps);
     return fine;
 }
@@ -53,14 +53,14 @@ static bool find_unanswered(deciding *self, uint32_t asked, uint32_t answer)
 /* Where some step of an action is possible: all steps lead to states that are known. */
 static uint32_t where_possible(deciding *self, uint32_t first, uint32_t last)
 {
-    return fsm_relation_step_by(&self->back, first, last, self->symbolic->root, get(self, FSM_SET_UNANSWERED));
+    return fsm_relation_step_by(&self->back, first, last, self->symbolic->root, get(self, FSM_SET_OPEN));
 }
 
 /* Actions below the number of machines are what these do by themselves: where one is possible is no stable state. */
 static bool find_possible(deciding *self, bool timeless)
 {
     uint32_t busy = where_possible(self, 0, self->machines - 1);
-    uint32_t stable = fsm_mdd_difference(self->mdd, get(self, FSM_SET_UNANSWERED), busy);
+    uint32_t stable = fsm_mdd_difference(self->mdd, get(self, FSM_SET_OPEN), busy);
     if (!put(self, FSM_SET_STABLE, stable) || !put(self, FSM_SET_UNSTABLE, timeless ? busy : 0) || !put(self, FSM_SET_ENDS, stable))
         return false;
     for (uint32_t action = timeless ? 0 : self->machines; action < self->actions; action++) {
@@ -135,8 +135,8 @@ static bool find_hopeless(deciding *self)
     fsm_mdd *mdd = self->mdd;
     uint32_t core = fsm_mdd_union(mdd, get(self, FSM_SET_ENDS), get(self, FSM_SET_FAIR));
     core = fsm_mdd_union(mdd, core, get(self, FSM_SET_ENDLESS));
-    uint32_t hopeless = core == 0 ? 0 : fsm_relation_close(&self->back, core, get(self, FSM_SET_UNANSWERED));
-    return put(self, FSM_SET_HOPELESS, fsm_mdd_intersection(mdd, hopeless, get(self, FSM_SET_ASKING)));
+    uint32_t hopeless = core == 0 ? 0 : fsm_relation_close(&self->back, core, get(self, FSM_SET_OPEN));
+    return put(self, FSM_SET_HOPELESS, fsm_mdd_intersection(mdd, hopeless, get(self, FSM_SET_REQUESTS)));
 }
 
 /* Where a run may end the answer is known; then the rest, which shows only whether another way is shorter, has a limit. */
@@ -146,28 +146,28 @@ static bool find_fair(deciding *self, bool timeless)
     fsm_symbolic *s = self->symbolic;
     bool ends = get(self, FSM_SET_ENDS) != 0;
     if (ends)
-        s->most_made = s->mdd.made + FEW_NODES;
-    self->found->has_all = narrow(self, FSM_SET_FAIR, get(self, FSM_SET_UNANSWERED), false)
+        s->max_created = s->mdd.made + FEW_NODES;
+    self->found->has_all = narrow(self, FSM_SET_FAIR, get(self, FSM_SET_OPEN), false)
         && (!timeless || narrow(self, FSM_SET_ENDLESS, get(self, FSM_SET_UNSTABLE), true));
-    s->most_made = 0;
+    s->max_created = 0;
     if (self->found->has_all || !ends || s->outcome != FSM_COMPLETE)
         return self->found->has_all;
     s->mdd.failed = false; /* what was made before is there */
     return put(self, FSM_SET_FAIR, 0) && put(self, FSM_SET_ENDLESS, 0);
 }
 
-fsm_unanswered fsm_find_unanswered_sets(fsm_symbolic *symbolic, uint32_t asked, uint32_t answer, bool timeless)
+fsm_fair_sets fsm_find_fair_sets(fsm_symbolic *symbolic, uint32_t request, uint32_t answer, bool timeless)
 {
     fsm_mdd *mdd = &symbolic->mdd;
-    fsm_unanswered found = {.first_root = mdd->root_count};
+    fsm_fair_sets found = {.first_root = mdd->root_count};
     deciding self = {.symbolic = symbolic, .mdd = mdd, .found = &found, .machines = symbolic->system->machine_count,
                      .actions = fsm_composition_model(symbolic->composition)->action_count};
     bool fine = true;
     for (uint32_t i = 0; fine && i < FSM_SETS + self.actions; i++)
         fine = fsm_mdd_root(mdd, 0);
-    bool reached = fine && find_unanswered(&self, asked, answer);
+    bool reached = fine && find_unanswered(&self, request, answer);
     found.unevaluated = fine && !reached && !mdd->failed && symbolic->outcome == FSM_COMPLETE;
-    if (reached && get(&self, FSM_SET_ASKING) == 0) {
+    if (reached && get(&self, FSM_SET_REQUESTS) == 0) {
         found.known = found.has_all = true;
     } else if (reached && fsm_relation_make(&self.back, symbolic, true, NULL, NULL)) {
         found.known = find_possible(&self, timeless) && find_fair(&self, timeless) && find_hopeless(&self);

@@ -151,12 +151,12 @@ static unsigned char flags_of(const fsm_fairness *self, fsm_state state)
 }
 
 /* To where a fair run may stay, without an answer. */
-static fsm_way way_to_core(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step path_to_core(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     const fsm_fairness *self = context;
     unsigned char flags = flags_of(self, steps->items[step].to);
     (void)from;
-    return (flags & FSM_ANSWERED) != 0                           ? FSM_NO_WAY
+    return (flags & FSM_ANSWERED) != 0                           ? FSM_OFF_PATH
         : (flags & (FSM_ENDS | FSM_FAIR | FSM_ENDLESS)) != 0     ? FSM_ARRIVES
                                                                  : FSM_GOES_ON;
 }
@@ -211,24 +211,24 @@ static edge_signature signature_of(fsm_fairness *self, fsm_state from, size_t st
     return (edge_signature){self->actions[step], self->ended[step]};
 }
 
-static fsm_way way_round(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step path_around(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     round_trip *self = context;
     fsm_state to = steps->items[step].to;
     if (!is_inside(self, to))
-        return FSM_NO_WAY;
+        return FSM_OFF_PATH;
     edge_signature done = signature_of(self->fairness, from, step);
     bool news = (done.action != FSM_NONE && self->open[done.action]) || (self->running & done.ended) != 0
         || see(self, to, false);
     return news ? FSM_ARRIVES : FSM_GOES_ON;
 }
 
-static fsm_way way_back(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step path_back(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     const round_trip *self = context;
     fsm_state to = steps->items[step].to;
     (void)from;
-    return !is_inside(self, to) ? FSM_NO_WAY : to == self->first ? FSM_ARRIVES : FSM_GOES_ON;
+    return !is_inside(self, to) ? FSM_OFF_PATH : to == self->first ? FSM_ARRIVES : FSM_GOES_ON;
 }
 
 static bool go_round(round_trip *self, fsm_path *cycle)
@@ -241,7 +241,7 @@ static bool go_round(round_trip *self, fsm_path *cycle)
     while (!self->stable_seen || is_any(f, self->open) || self->running != 0) {
         fsm_state from = at;
         size_t before = cycle->count;
-        at = fsm_path_from(f->search, from, way_round, self, cycle);
+        at = fsm_path_from(f->search, from, path_around, self, cycle);
         if (at == FSM_NO_STATE || cycle->count == before || f->failed)
             return false;
         fsm_state last = from; /* that of the last step */
@@ -254,7 +254,7 @@ static bool go_round(round_trip *self, fsm_path *cycle)
             (void)see(self, last, true);
         }
     }
-    return (cycle->count > 0 && at == self->first) || fsm_path_from(f->search, at, way_back, self, cycle) != FSM_NO_STATE;
+    return (cycle->count > 0 && at == self->first) || fsm_path_from(f->search, at, path_back, self, cycle) != FSM_NO_STATE;
 }
 
 bool fsm_fairness_lasso(fsm_fairness *self, const fsm_components *stable, const fsm_components *unstable,
@@ -263,7 +263,7 @@ bool fsm_fairness_lasso(fsm_fairness *self, const fsm_components *stable, const 
     enum { CORE = FSM_ENDS | FSM_FAIR | FSM_ENDLESS };
     fsm_state at = fsm_path_to_flagged(self->search, self->flags, FSM_HOPELESS, &found->path);
     if (at != FSM_NO_STATE && (flags_of(self, at) & CORE) == 0)
-        at = fsm_path_from(self->search, at, way_to_core, self, &found->path);
+        at = fsm_path_from(self->search, at, path_to_core, self, &found->path);
     if (at == FSM_NO_STATE)
         return false;
     unsigned char flags = flags_of(self, at);

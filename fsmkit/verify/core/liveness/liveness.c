@@ -49,7 +49,7 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
 
 /* --- leads to ------------------------------------------------------------------------------------------ */
 
-static void flag_states(fsm_fairness *self, uint32_t asked, uint32_t answer)
+static void flag_states(fsm_fairness *self, uint32_t request, uint32_t answer)
 {
     const fsm_search *search = self->search;
     for (uint64_t place = 0; place < fsm_set_places(&search->passed); place++) {
@@ -58,8 +58,8 @@ static void flag_states(fsm_fairness *self, uint32_t asked, uint32_t answer)
         fsm_state state = fsm_set_at(&search->passed, place);
         if (fsm_is_marked(search->model, state, answer))
             self->flags[place] = FSM_ANSWERED;
-        else if (fsm_is_marked(search->model, state, asked))
-            self->flags[place] = FSM_ASKED;
+        else if (fsm_is_marked(search->model, state, request))
+            self->flags[place] = FSM_REQUESTED;
     }
 }
 
@@ -73,7 +73,7 @@ static unsigned char close_unanswered(void *context, const fsm_components *all, 
         bad = bad || (self->flags[places[i]] & FSM_ENDLESS) != 0;
     bad = fsm_fairness_evaluate(self, all, places, count) || bad;
     for (size_t i = 0; bad && i < count; i++)
-        if ((self->flags[places[i]] & FSM_ASKED) != 0) {
+        if ((self->flags[places[i]] & FSM_REQUESTED) != 0) {
             self->flags[places[i]] |= FSM_HOPELESS;
             self->violated = true;
         }
@@ -88,7 +88,7 @@ static unsigned char close_unstable(void *context, const fsm_components *all, co
     return 0;
 }
 
-/* Goes through the components of what has none of the flags `outside`, from what has one of `roots`. */
+/* Visits the components of states without the flags `outside`, from states with one of `roots`. */
 static bool go_through(fsm_fairness *self, fsm_components *components, unsigned char outside, unsigned char roots)
 {
     fsm_scc walk;
@@ -105,7 +105,7 @@ static bool go_through(fsm_fairness *self, fsm_components *components, unsigned 
     return fine;
 }
 
-bool fsm_find_unanswered(fsm_search *search, uint32_t asked, uint32_t answer, bool timeless, fsm_lasso *found)
+bool fsm_find_violations(fsm_search *search, uint32_t request, uint32_t answer, bool timeless, fsm_lasso *found)
 {
     fsm_fairness self;
     fsm_components unstable = {.close = close_unstable, .context = &self};
@@ -113,14 +113,14 @@ bool fsm_find_unanswered(fsm_search *search, uint32_t asked, uint32_t answer, bo
     *found = (fsm_lasso){0};
     bool fine = fsm_fairness_init(&self, search);
     if (fine)
-        flag_states(&self, asked, answer);
+        flag_states(&self, request, answer);
     if (fine && timeless) {
         fine = fsm_fairness_flag_stable(&self);
         self.unstable = true;
         fine = fine && go_through(&self, &unstable, FSM_ANSWERED | FSM_STABLE, 0);
     }
     self.unstable = false;
-    fine = fine && go_through(&self, &stable, FSM_ANSWERED, FSM_ASKED);
+    fine = fine && go_through(&self, &stable, FSM_ANSWERED, FSM_REQUESTED);
     found->violated = self.violated;
     if (fine && found->violated && !fsm_fairness_lasso(&self, &stable, &unstable, found)) {
         fsm_lasso_free(found);

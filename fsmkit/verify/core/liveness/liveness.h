@@ -9,7 +9,7 @@
  * nearest one from which it cannot. */
 bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found);
 
-/* `leads_to`: whether each fair run comes from a state with the mark `asked` to one with `answer`, that
+/* `leads_to`: whether each fair run leads from a state with the mark `request` to one with `response`, that
  * state included.
  *
  * A state is stable if no machine has anything left to do. A run is fair if it ends only in a stable state where nothing fair is
@@ -19,6 +19,6 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
  *
  * The path leads to the nearest asking state that need not be answered, and from there on to a cycle, if
  * the run does not end. */
-bool fsm_find_unanswered(fsm_search *search, uint32_t asked, uint32_t answer, bool timeless, fsm_lasso *found);
+bool fsm_find_violations(fsm_search *search, uint32_t request, uint32_t answer, bool timeless, fsm_lasso *found);
 
 #endif

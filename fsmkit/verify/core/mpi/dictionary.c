@@ -17,9 +17,9 @@ bool fsm_dictionary_init(fsm_dictionary *self, fsm_composition *composition, uin
     self->hashed = calloc(tree->node_count, sizeof *self->hashed);
     bool fine = self->peers != NULL && self->hashes != NULL && self->hashed != NULL;
     for (uint32_t i = 0; fine && i < ranks; i++) {
-        self->peers[i].told = calloc(tree->node_count + 1u, sizeof(fsm_places));
+        self->peers[i].sent = calloc(tree->node_count + 1u, sizeof(fsm_places));
         self->peers[i].known = calloc(tree->node_count + 1u, sizeof(fsm_places));
-        fine = self->peers[i].told != NULL && self->peers[i].known != NULL;
+        fine = self->peers[i].sent != NULL && self->peers[i].known != NULL;
     }
     return fine;
 }
@@ -35,7 +35,7 @@ void fsm_dictionary_free(fsm_dictionary *self)
 {
     uint32_t nodes = self->tree == NULL ? 0 : self->tree->node_count;
     for (uint32_t i = 0; self->peers != NULL && i < self->ranks; i++) {
-        free_tables(self->peers[i].told, nodes + 1u);
+        free_tables(self->peers[i].sent, nodes + 1u);
         free_tables(self->peers[i].known, nodes + 1u);
     }
     free(self->peers);
@@ -115,7 +115,8 @@ uint32_t fsm_dictionary_owner(fsm_dictionary *self, fsm_state state)
     return (uint32_t)((stir(fsm_join(left, right)) >> 32) * self->ranks >> 32);
 }
 
-/* --- telling ------------------------------------------------------------------------------------------- */
+/* --- sending
+ * --------------------------------------------------------------------------------------- */
 
 /* The place for a number in a table; whether it stands there already is for the caller to see. */
 static uint32_t place_for(fsm_dictionary *self, fsm_places *table, uint32_t number)
@@ -124,18 +125,18 @@ static uint32_t place_for(fsm_dictionary *self, fsm_places *table, uint32_t numb
     return make_place(self, table, place) ? place : FSM_NONE;
 }
 
-static uint32_t tell_half(fsm_dictionary *self, uint32_t peer, const fsm_node *node, uint32_t state, fsm_wire *wire)
+static uint32_t send_half(fsm_dictionary *self, uint32_t peer, const fsm_node *node, uint32_t state, fsm_wire *wire)
 {
     size_t index = (size_t)(node - self->tree->nodes);
-    uint32_t place = place_for(self, &self->peers[peer].told[index], state);
-    uint32_t *held = place == FSM_NONE ? NULL : &self->peers[peer].told[index].items[place];
+    uint32_t place = place_for(self, &self->peers[peer].sent[index], state);
+    uint32_t *held = place == FSM_NONE ? NULL : &self->peers[peer].sent[index].items[place];
     if (held == NULL || *held == state + 1)
         return place;
     const fsm_node_state *at = fsm_node_at(node, state);
     uint32_t left = 0, right = 0;
     if (node->left != NULL) {
-        left = tell_half(self, peer, node->left, at->left, wire);
-        right = tell_half(self, peer, node->right, at->right, wire);
+        left = send_half(self, peer, node->left, at->left, wire);
+        right = send_half(self, peer, node->right, at->right, wire);
         if (left == FSM_NONE || right == FSM_NONE)
             return FSM_NONE;
     }
@@ -152,11 +153,11 @@ static uint32_t tell_half(fsm_dictionary *self, uint32_t peer, const fsm_node *n
     return place;
 }
 
-bool fsm_dictionary_tell(fsm_dictionary *self, uint32_t peer, fsm_state state, fsm_wire *wire)
+bool fsm_dictionary_send(fsm_dictionary *self, uint32_t peer, fsm_state state, fsm_wire *wire)
 {
     const fsm_tree *tree = self->tree;
-    uint32_t left = tell_half(self, peer, tree->root_left, fsm_left(state), wire);
-    uint32_t right = tree->root_right == NULL ? 0 : tell_half(self, peer, tree->root_right, fsm_right(state), wire);
+    uint32_t left = send_half(self, peer, tree->root_left, fsm_left(state), wire);
+    uint32_t right = tree->root_right == NULL ? 0 : send_half(self, peer, tree->root_right, fsm_right(state), wire);
     if (left == FSM_NONE || right == FSM_NONE)
         return false;
     fsm_wire_number(wire, STATE);
@@ -165,21 +166,21 @@ bool fsm_dictionary_tell(fsm_dictionary *self, uint32_t peer, fsm_state state, f
     return !wire->failed;
 }
 
-bool fsm_dictionary_tell_footprint(fsm_dictionary *self, uint32_t peer, fsm_footprint_number number, fsm_wire *wire)
+bool fsm_dictionary_send_footprint(fsm_dictionary *self, uint32_t peer, fsm_footprint_number number, fsm_wire *wire)
 {
-    fsm_places *told = &self->peers[peer].told[self->tree->node_count];
-    if (!make_place(self, told, number))
+    fsm_places *sent = &self->peers[peer].sent[self->tree->node_count];
+    if (!make_place(self, sent, number))
         return false;
-    fsm_wire_number(wire, (uint64_t)number << 1 | (told->items[number] == 0));
-    if (told->items[number] == 0)
+    fsm_wire_number(wire, (uint64_t)number << 1 | (sent->items[number] == 0));
+    if (sent->items[number] == 0)
         fsm_wire_bytes(wire, fsm_store_at(&self->tree->sleep.footprints, number), sizeof(fsm_footprint));
-    told->items[number] = 1;
+    sent->items[number] = 1;
     return !wire->failed;
 }
 
 /* --- hearing ------------------------------------------------------------------------------------------- */
 
-static uint32_t heard(const fsm_places *table, fsm_unread *from)
+static uint32_t received(const fsm_places *table, fsm_unread *from)
 {
     uint32_t place = fsm_read_small(from);
     if (place < table->room)
@@ -199,15 +200,15 @@ uint32_t fsm_read_local(fsm_composition *composition, uint32_t machine, fsm_unre
 }
 
 /* A half of a state, in a place of its table. */
-static bool hear_half(fsm_dictionary *self, const fsm_peer *peer, size_t index, fsm_unread *from)
+static bool receive_half(fsm_dictionary *self, const fsm_peer *peer, size_t index, fsm_unread *from)
 {
     if (index >= self->tree->node_count)
         return false;
     fsm_node *node = &self->tree->nodes[index];
     uint32_t place = fsm_read_small(from), number;
     if (node->left != NULL) {
-        uint32_t left = heard(&peer->known[node->left - self->tree->nodes], from);
-        uint32_t right = heard(&peer->known[node->right - self->tree->nodes], from);
+        uint32_t left = received(&peer->known[node->left - self->tree->nodes], from);
+        uint32_t right = received(&peer->known[node->right - self->tree->nodes], from);
         number = from->failed ? FSM_NONE : fsm_node_number(self->tree, node, left, right);
     } else {
         number = fsm_read_local(self->composition, node->first, from);
@@ -219,29 +220,29 @@ static bool hear_half(fsm_dictionary *self, const fsm_peer *peer, size_t index, 
     return true;
 }
 
-bool fsm_dictionary_hear(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_state *state)
+bool fsm_dictionary_receive(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_state *state)
 {
     const fsm_tree *tree = self->tree;
     const fsm_peer *own = &self->peers[peer];
     uint64_t kind;
     while ((kind = fsm_read_number(from)) >= FIRST_NODE)
-        if (!hear_half(self, own, (size_t)kind - FIRST_NODE, from))
+        if (!receive_half(self, own, (size_t)kind - FIRST_NODE, from))
             return false;
     if (kind != STATE)
         return false;
-    uint32_t left = heard(&own->known[tree->root_left - tree->nodes], from);
-    uint32_t right = tree->root_right == NULL ? fsm_read_small(from) : heard(&own->known[tree->root_right - tree->nodes], from);
+    uint32_t left = received(&own->known[tree->root_left - tree->nodes], from);
+    uint32_t right = tree->root_right == NULL ? fsm_read_small(from) : received(&own->known[tree->root_right - tree->nodes], from);
     *state = fsm_join(left, right);
     return !from->failed;
 }
 
-bool fsm_dictionary_hear_footprint(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_footprint_number *number)
+bool fsm_dictionary_receive_footprint(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_footprint_number *number)
 {
     fsm_places *known = &self->peers[peer].known[self->tree->node_count];
-    uint32_t told = fsm_read_small(from), place = told >> 1;
+    uint32_t sent = fsm_read_small(from), place = sent >> 1;
     if (place >= FSM_MOST_FOOTPRINTS || !make_place(self, known, place))
         return false;
-    if ((told & 1) != 0) {
+    if ((sent & 1) != 0) {
         fsm_footprint footprint;
         const void *bytes = fsm_read_bytes(from, sizeof footprint);
         if (bytes == NULL)

@@ -18,9 +18,10 @@ typedef struct {
     uint32_t room;
 } fsm_places;
 
-/* By node of the tree, and last that of footprints: our numbers plus one as we told them; and our numbers for theirs. */
+/* By node of the tree, footprints last: our numbers plus one in the order sent; and our numbers
+ * for theirs. */
 typedef struct {
-    fsm_places *told, *known;
+    fsm_places *sent, *known;
 } fsm_peer;
 
 typedef struct {
@@ -41,18 +42,19 @@ void fsm_dictionary_free(fsm_dictionary *self);
 uint32_t fsm_dictionary_owner(fsm_dictionary *self, fsm_state state);
 
 /* Writes a state for a peer, or a footprint. False if memory ran out. */
-bool fsm_dictionary_tell(fsm_dictionary *self, uint32_t peer, fsm_state state, fsm_wire *wire);
-bool fsm_dictionary_tell_footprint(fsm_dictionary *self, uint32_t peer, fsm_footprint_number number, fsm_wire *wire);
+bool fsm_dictionary_send(fsm_dictionary *self, uint32_t peer, fsm_state state, fsm_wire *wire);
+bool fsm_dictionary_send_footprint(fsm_dictionary *self, uint32_t peer, fsm_footprint_number number, fsm_wire *wire);
 
 /* Reads what a peer wrote, up to and with the next state or footprint. False if memory ran out, or it cannot be read. */
-bool fsm_dictionary_hear(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_state *state);
-bool fsm_dictionary_hear_footprint(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_footprint_number *number);
+bool fsm_dictionary_receive(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_state *state);
+bool fsm_dictionary_receive_footprint(fsm_dictionary *self, uint32_t peer, fsm_unread *from, fsm_footprint_number *number);
 
 /* Writes and reads a state whole, without a table. FSM_NO_STATE if memory ran out, or it cannot be read. */
 void fsm_write_state(const fsm_composition *composition, fsm_state state, fsm_wire *wire);
 fsm_state fsm_read_state(fsm_composition *composition, fsm_unread *from);
 
-/* Reads the struct of a machine and returns its number; FSM_NONE if memory ran out, or there is none. */
+/* Reads the struct of a machine and returns its number; FSM_NONE if memory ran out, or without a
+ * struct. */
 uint32_t fsm_read_local(fsm_composition *composition, uint32_t machine, fsm_unread *from);
 
 #endif

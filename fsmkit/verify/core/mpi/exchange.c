@@ -32,7 +32,7 @@ size_t fsm_exchange_bytes(const fsm_exchange *self)
     return bytes;
 }
 
-void fsm_exchange_begin(fsm_exchange *self, fsm_take_item *take, void *context)
+void fsm_exchange_start(fsm_exchange *self, fsm_take_item *take, void *context)
 {
     self->take = take;
     self->context = context;

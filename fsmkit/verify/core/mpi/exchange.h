@@ -1,4 +1,4 @@
-/* exchange.h: batches of what ranks tell each other, in phases. What is written for a peer goes to it once it is a batch, or at the
+/* exchange.h: batches of messages between ranks, in phases. Messages for a peer are sent once they fill a batch, or at the
  * end of the phase; what comes is handed on meanwhile. A phase ends in all ranks at once, when all has come. */
 #ifndef FSM_EXCHANGE_H
 #define FSM_EXCHANGE_H
@@ -12,7 +12,7 @@ typedef bool fsm_take_item(void *context, uint32_t peer, fsm_unread *from);
 
 typedef struct {
     fsm_wire writing, sending;
-    MPI_Request request; /* of what is being sent */
+    MPI_Request request; /* of the messages being sent */
 } fsm_mail;
 
 typedef struct {
@@ -29,7 +29,7 @@ typedef struct {
 bool fsm_exchange_init(fsm_exchange *self);
 void fsm_exchange_free(fsm_exchange *self);
 
-void fsm_exchange_begin(fsm_exchange *self, fsm_take_item *take, void *context);
+void fsm_exchange_start(fsm_exchange *self, fsm_take_item *take, void *context);
 
 /* Where an item for a peer is written; after each item `fsm_exchange_wrote`. */
 static inline fsm_wire *fsm_exchange_to(fsm_exchange *self, uint32_t peer)

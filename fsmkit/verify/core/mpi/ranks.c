@@ -3,7 +3,7 @@
 #include "search/search.h"
 
 enum {
-    ASK_EVERY = 1024,  /* states between two looks at time and memory */
+    CHECK_EVERY = 1024,  /* states between two looks at time and memory */
     LOOK_EVERY = 4096  /* and at what has come: each look may let other processes run first */
 };
 
@@ -27,7 +27,7 @@ bool fsm_ranks_keep_on(fsm_ranks *self)
         return fsm_ranks_stop(self, FSM_OUT_OF_MEMORY);
     const fsm_progress progress = {self->all_states + self->layers[(self->depth + 1) % 2].count * self->ranks,
                                    self->all_transitions, self->depth, bytes * self->ranks};
-    fsm_outcome why = fsm_pace_ask(self->options.pace, progress);
+    fsm_outcome why = fsm_pace_check(self->options.pace, progress);
     return why == FSM_COMPLETE || fsm_ranks_stop(self, why);
 }
 
@@ -95,7 +95,7 @@ static bool look_at_new(fsm_ranks *self, fsm_members *layer, uint32_t depth)
     return true;
 }
 
-/* Whether all that was waited for has been seen, in some rank. */
+/* Whether all awaited marks have been seen, in some rank. */
 static bool is_decided(const fsm_ranks *self)
 {
     uint32_t left = self->options.awaited_count, marks = self->model->mark_count;
@@ -157,12 +157,12 @@ static bool take_found(void *context, uint32_t peer, fsm_unread *from)
 {
     fsm_ranks *self = context;
     fsm_member member = {.place = 0};
-    if (!fsm_dictionary_hear(&self->words, peer, from, &member.state))
+    if (!fsm_dictionary_receive(&self->words, peer, from, &member.state))
         return fsm_ranks_stop(self, FSM_MODEL_FAILED);
     member.place = fsm_read_small(from);
     uint32_t rank = fsm_read_small(from);
     member.rank = (uint16_t)(rank >> 1);
-    if (!fsm_dictionary_hear_footprint(&self->words, peer, from, &member.footprint) || from->failed)
+    if (!fsm_dictionary_receive_footprint(&self->words, peer, from, &member.footprint) || from->failed)
         return fsm_ranks_stop(self, FSM_MODEL_FAILED);
     return arrive(self, member, (rank & 1) != 0);
 }
@@ -185,13 +185,13 @@ static bool send_found(fsm_ranks *self, uint32_t owner, fsm_member member, bool 
         return true;
     }
     fsm_wire *wire = fsm_exchange_to(&self->exchange, owner);
-    if (!fsm_dictionary_tell(&self->words, owner, member.state, wire))
+    if (!fsm_dictionary_send(&self->words, owner, member.state, wire))
         return fsm_ranks_stop(self, FSM_OUT_OF_MEMORY);
     fsm_wire_number(wire, member.place);
     fsm_wire_number(wire, (uint64_t)member.rank << 1 | internal);
-    if (!fsm_dictionary_tell_footprint(&self->words, owner, member.footprint, wire))
+    if (!fsm_dictionary_send_footprint(&self->words, owner, member.footprint, wire))
         return fsm_ranks_stop(self, FSM_OUT_OF_MEMORY);
-    self->told++;
+    self->sent_states++;
     fsm_exchange_wrote(&self->exchange, owner);
     return true;
 }
@@ -226,12 +226,12 @@ static bool expand(fsm_ranks *self, const fsm_member *at)
 static void expand_layer(fsm_ranks *self, const fsm_members *layer)
 {
     bool fine = true;
-    fsm_exchange_begin(&self->exchange, take_found, self);
+    fsm_exchange_start(&self->exchange, take_found, self);
     for (size_t i = 0; fine && i < layer->count; i++) {
         if (i % LOOK_EVERY == 0)
             fsm_exchange_look(&self->exchange);
         fetch(self, layer, i);
-        fine = !self->exchange.failed && (i % ASK_EVERY != 0 || fsm_ranks_keep_on(self))
+        fine = !self->exchange.failed && (i % CHECK_EVERY != 0 || fsm_ranks_keep_on(self))
             && expand(self, &fsm_members_of(layer)[i]);
     }
     if (!fsm_exchange_end(&self->exchange) && self->outcome == FSM_COMPLETE)
@@ -267,7 +267,7 @@ static bool begin(fsm_ranks *self)
         && fsm_saved_layer(self, first);
 }
 
-/* What follows a layer: the next one is the layer at hand. False at the end. */
+/* Ends a layer: the next one becomes the current layer. False at the end. */
 static bool go_on(fsm_ranks *self)
 {
     fsm_members *layer = &self->layers[self->depth % 2], *next = &self->layers[(self->depth + 1) % 2];

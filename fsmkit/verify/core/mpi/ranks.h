@@ -2,7 +2,7 @@
  *
  * A state belongs to the rank that its hash names (dictionary.h), which alone keeps it in its set. Layers are expanded in step:
  * each rank expands its own states of the layer; a state of another rank goes there, unless it was sent lately. So all distances
- * are those of one process, and all that is counted. Layers are kept as stops, as in search.h, a part in each rank; each state of a
+ * are those of one process, and so are all counts. Layers are kept as stops, as in search.h, a part in each rank; each state of a
  * layer knows by which state of the stop before it came, in whichever rank. */
 #ifndef FSM_RANKS_H
 #define FSM_RANKS_H
@@ -57,7 +57,7 @@ typedef struct {
     bool sleepless, livelock;
     const bool *awaited; /* by mark; NULL: none */
     uint32_t awaited_count;
-    const char *folder; /* of what is saved; NULL: nothing is */
+    const char *folder; /* of the saved data; NULL: nothing is saved */
     const char *identity; /* of the program, to be saved with it */
     uint32_t save_every; /* layers */
 } fsm_ranks_options;
@@ -78,8 +78,8 @@ typedef struct {
     uint64_t stop_members;
     fsm_sight *sights; /* by mark */
     fsm_state *lately; /* FSM_LATELY states of others that were sent, each where its hash says */
-    uint64_t expanded, transitions, told, filtered; /* told: states that went to other ranks */
-    uint64_t all_states, all_transitions;           /* of all ranks, when the layer began */
+    uint64_t expanded, transitions, sent_states, filtered; /* sent_states: states sent to other ranks */
+    uint64_t all_states, all_transitions;           /* of all ranks, when the layer started */
     bool maybe_cyclic;
     fsm_outcome outcome;
     fsm_state target;  /* a state of this rank to be found; FSM_NO_STATE: none */
@@ -90,7 +90,8 @@ typedef struct {
     struct fsm_saved *saved;
 } fsm_ranks;
 
-/* Prints the result, in rank 0, and returns the exit code. MPI is begun and ended here. */
+/* Prints the result, in rank 0, and returns the exit code. MPI is initialised and finalised
+ * here. */
 int fsm_ranks_explore(const fsm_ranks_options *options);
 
 static inline fsm_member *fsm_members_of(const fsm_members *self)
@@ -118,7 +119,7 @@ bool fsm_stops_thin_out(fsm_ranks *self, fsm_members *layer);
 bool fsm_ranks_find_livelock(fsm_ranks *self, bool *cyclic);
 
 /* saved.c: what was found so far, in a folder, by layers. */
-bool fsm_saved_open(fsm_ranks *self, uint32_t *depth); /* depth: FSM_NONE if nothing is saved yet, and all begins */
+bool fsm_saved_open(fsm_ranks *self, uint32_t *depth); /* depth: FSM_NONE if nothing is saved yet */
 bool fsm_saved_layer(fsm_ranks *self, const fsm_members *layer);
 bool fsm_saved_commit(fsm_ranks *self, fsm_members *layer);
 void fsm_saved_close(fsm_ranks *self, bool is_over); /* over: nothing is to go on, and all is removed */

@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <sys/resource.h>
 
-/* What rank 0 asks of another. */
+/* Requests of rank 0 to another. */
 typedef enum { OVER, SIGHT, STOP, LOCALS } question;
 
 enum { ASKED = 2, ANSWERED = 3, MOST_LOCALS = 1024 };
@@ -39,21 +39,21 @@ static const fsm_sight *sight_of(const fsm_ranks *self, uint32_t mark)
     return mark < self->model->mark_count ? &self->sights[mark] : &self->found;
 }
 
-static void answer(const fsm_ranks *self, const uint32_t *asked, fsm_wire *wire)
+static void answer(const fsm_ranks *self, const uint32_t *requested, fsm_wire *wire)
 {
     const fsm_composition *c = self->composition;
-    if (asked[0] == SIGHT) {
-        const fsm_sight *sight = sight_of(self, asked[1]);
+    if (requested[0] == SIGHT) {
+        const fsm_sight *sight = sight_of(self, requested[1]);
         fsm_wire_number(wire, sight->stop);
         fsm_wire_number(wire, sight->step);
         write_member(self, &sight->at, wire);
-    } else if (asked[0] == STOP) {
-        write_member(self, &self->stops[asked[1]].members[asked[2]], wire);
+    } else if (requested[0] == STOP) {
+        write_member(self, &self->stops[requested[1]].members[requested[2]], wire);
     } else {
-        uint32_t count = c->locals[asked[1]].count, last = count - asked[2] < MOST_LOCALS ? count : asked[2] + MOST_LOCALS;
-        fsm_wire_number(wire, last - asked[2]);
-        for (uint32_t i = asked[2]; i < last; i++)
-            fsm_wire_bytes(wire, fsm_local(c, asked[1], i), c->locals[asked[1]].state_size);
+        uint32_t count = c->locals[requested[1]].count, last = count - requested[2] < MOST_LOCALS ? count : requested[2] + MOST_LOCALS;
+        fsm_wire_number(wire, last - requested[2]);
+        for (uint32_t i = requested[2]; i < last; i++)
+            fsm_wire_bytes(wire, fsm_local(c, requested[1], i), c->locals[requested[1]].state_size);
     }
     if (wire->failed)
         MPI_Abort(MPI_COMM_WORLD, 1);
@@ -64,29 +64,29 @@ static void serve(const fsm_ranks *self)
 {
     fsm_wire wire = {0};
     for (;;) {
-        uint32_t asked[3];
-        MPI_Recv(asked, 3, MPI_UINT32_T, 0, ASKED, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-        if (asked[0] == OVER)
+        uint32_t requested[3];
+        MPI_Recv(requested, 3, MPI_UINT32_T, 0, ASKED, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+        if (requested[0] == OVER)
             break;
         wire.count = 0;
-        answer(self, asked, &wire);
+        answer(self, requested, &wire);
         MPI_Send(wire.bytes, (int)wire.count, MPI_BYTE, 0, ANSWERED, MPI_COMM_WORLD);
     }
     fsm_wire_free(&wire);
 }
 
-/* By rank 0. What is read stands in the wire until it asks again. */
+/* By rank 0. The reply stays in the wire until the next request. */
 static fsm_unread ask(const fsm_ranks *self, uint32_t rank, question what, uint32_t a, uint32_t b, fsm_wire *wire)
 {
-    const uint32_t asked[3] = {(uint32_t)what, a, b};
+    const uint32_t requested[3] = {(uint32_t)what, a, b};
     wire->count = 0;
     if (rank == 0) {
-        answer(self, asked, wire);
+        answer(self, requested, wire);
         return (fsm_unread){wire->bytes, wire->bytes + wire->count, false};
     }
     MPI_Status status;
     int count;
-    MPI_Send(asked, 3, MPI_UINT32_T, (int)rank, ASKED, MPI_COMM_WORLD);
+    MPI_Send(requested, 3, MPI_UINT32_T, (int)rank, ASKED, MPI_COMM_WORLD);
     MPI_Probe((int)rank, ANSWERED, MPI_COMM_WORLD, &status);
     MPI_Get_count(&status, MPI_BYTE, &count);
     if (!fsm_wire_make_room(wire, (size_t)count))
@@ -97,9 +97,9 @@ static fsm_unread ask(const fsm_ranks *self, uint32_t rank, question what, uint3
 
 static void end_serving(const fsm_ranks *self)
 {
-    const uint32_t asked[3] = {OVER, 0, 0};
+    const uint32_t requested[3] = {OVER, 0, 0};
     for (uint32_t i = 1; i < self->ranks; i++)
-        MPI_Send(asked, 3, MPI_UINT32_T, (int)i, ASKED, MPI_COMM_WORLD);
+        MPI_Send(requested, 3, MPI_UINT32_T, (int)i, ASKED, MPI_COMM_WORLD);
 }
 
 /* --- what rank 0 learns --------------------------------------------------------------------------------------- */
@@ -170,7 +170,8 @@ static void join_coverage(const fsm_ranks *self)
     }
 }
 
-/* Of each mark: how often it was seen, and the rank with the shortest way there; `ranks` if it was not. */
+/* For each mark: how often it was seen, and the rank with the shortest path to it; `ranks` if it
+ * was not seen. */
 typedef struct {
     uint64_t *counts, *nearest;
 } sights;
@@ -261,12 +262,12 @@ static void print_path(fsm_search *search, const chain *from)
     free(path.steps);
 }
 
-static fsm_way around(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step around(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     const fsm_state *start = context;
     (void)from;
     if (steps->items[step].kind != FSM_STEP_INTERNAL)
-        return FSM_NO_WAY;
+        return FSM_OFF_PATH;
     return steps->items[step].to == *start ? FSM_ARRIVES : FSM_GOES_ON;
 }
 
@@ -288,9 +289,9 @@ static void print_livelock(fsm_search *search, const chain *cycle, bool known)
     free(path.steps);
 }
 
-/* What is asked of all ranks in the end. */
+/* Requests to all ranks at the end. */
 typedef struct {
-    uint64_t states, expanded, transitions, told, filtered, sent, bytes, resident; /* the largest size of each, added up */
+    uint64_t states, expanded, transitions, sent_states, filtered, sent, bytes, resident; /* the largest size of each, added up */
     uint32_t depth;
     fsm_outcome outcome;
     char why[256];
@@ -311,7 +312,7 @@ static totals add_up(fsm_ranks *self)
     all.states = fsm_ranks_sum(self->passed.count);
     all.expanded = fsm_ranks_sum(self->expanded);
     all.transitions = fsm_ranks_sum(self->transitions);
-    all.told = fsm_ranks_sum(self->told);
+    all.sent_states = fsm_ranks_sum(self->sent_states);
     all.filtered = fsm_ranks_sum(self->filtered);
     all.sent = fsm_ranks_sum(self->exchange.sent);
     all.bytes = fsm_ranks_sum(fsm_ranks_bytes(self));
@@ -331,7 +332,7 @@ static void print_result(const fsm_ranks *self, const totals *all, const sights 
            ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %" PRIu64 ", \"ranks\": {\"count\": %" PRIu32
            ", \"told\": %" PRIu64 ", \"filtered\": %" PRIu64 ", \"sent\": %" PRIu64 ", \"resident\": %" PRIu64 ", \"exploring\": %.3f}, ",
            fsm_outcome_name(all->outcome), all->why, all->states, all->expanded, all->transitions, all->depth, all->bytes,
-           self->ranks, all->told, all->filtered, all->sent, all->resident, seconds);
+           self->ranks, all->sent_states, all->filtered, all->sent, all->resident, seconds);
     printf("\"marks\": [");
     bool first = true;
     for (uint32_t i = 0; i < self->model->mark_count; i++) {
@@ -369,7 +370,7 @@ static void free_chains(chain *chains, uint32_t count)
     free(chains);
 }
 
-/* Where a cycle was found, once more up to a state on it: so the nearest way there is known. */
+/* After a cycle was found, searches again up to a state on it, for the shortest path to it. */
 static chain *fetch_cycle(fsm_ranks *self)
 {
     bool locals;

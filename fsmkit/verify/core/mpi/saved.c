@@ -105,7 +105,7 @@ static void write_rest(const fsm_ranks *self, const fsm_members *layer, fsm_wire
 {
     const fsm_composition *c = self->composition;
     const uint64_t numbers[] = {self->saved->length, self->depth, self->interval, self->stop_count, self->expanded,
-                                self->transitions, self->told, self->filtered, self->maybe_cyclic, self->all_states,
+                                self->transitions, self->sent_states, self->filtered, self->maybe_cyclic, self->all_states,
                                 self->all_transitions};
     fsm_wire_bytes(wire, numbers, sizeof numbers);
     write_members(fsm_members_of(layer), layer->count, wire);
@@ -255,7 +255,7 @@ static bool read_rest(fsm_ranks *self, fsm_unread *from)
     self->interval = (uint32_t)n[2];
     self->expanded = n[4];
     self->transitions = n[5];
-    self->told = n[6];
+    self->sent_states = n[6];
     self->filtered = n[7];
     self->maybe_cyclic = n[8] != 0;
     self->all_states = n[9];

@@ -35,7 +35,7 @@ typedef struct {
 
 typedef struct {
     int *counts, *at, *their_counts, *their_at; /* by rank */
-    uint32_t *order, *asked, *theirs;
+    uint32_t *order, *requested, *theirs;
     ancestor *answers, *found;
 } lookup;
 
@@ -61,7 +61,7 @@ static bool look_up_round(fsm_ranks *self, const fsm_stop *stop, lookup *l, fsm_
     fill_places(l->at, l->counts, self->ranks, 1);
     for (uint32_t i = 0; i < count; i++) {
         l->order[i] = (uint32_t)l->at[members[i].rank]++;
-        l->asked[l->order[i]] = members[i].place;
+        l->requested[l->order[i]] = members[i].place;
     }
     fill_places(l->at, l->counts, self->ranks, 1);
     MPI_Alltoall(l->counts, 1, MPI_INT, l->their_counts, 1, MPI_INT, MPI_COMM_WORLD);
@@ -73,7 +73,7 @@ static bool look_up_round(fsm_ranks *self, const fsm_stop *stop, lookup *l, fsm_
     l->answers = malloc((all + 1u) * sizeof *l->answers);
     if (l->theirs == NULL || l->answers == NULL)
         return false;
-    MPI_Alltoallv(l->asked, l->counts, l->at, MPI_UINT32_T, l->theirs, l->their_counts, l->their_at, MPI_UINT32_T, MPI_COMM_WORLD);
+    MPI_Alltoallv(l->requested, l->counts, l->at, MPI_UINT32_T, l->theirs, l->their_counts, l->their_at, MPI_UINT32_T, MPI_COMM_WORLD);
     for (uint32_t i = 0; i < all; i++)
         l->answers[i] = (ancestor){stop->members[l->theirs[i]].place, stop->members[l->theirs[i]].rank};
     fill_places(l->at, l->counts, self->ranks, both);
@@ -100,7 +100,7 @@ static void look_up(fsm_ranks *self, const fsm_stop *stop, fsm_member *members, 
 {
     size_t ranks = self->ranks;
     lookup l = {.counts = must(malloc(4 * ranks * sizeof(int))), .order = must(malloc(ROUND * sizeof(uint32_t))),
-                .asked = must(malloc(ROUND * sizeof(uint32_t))), .found = must(malloc(ROUND * sizeof(ancestor)))};
+                .requested = must(malloc(ROUND * sizeof(uint32_t))), .found = must(malloc(ROUND * sizeof(ancestor)))};
     l.at = l.counts + ranks;
     l.their_counts = l.at + ranks;
     l.their_at = l.their_counts + ranks;
@@ -112,7 +112,7 @@ static void look_up(fsm_ranks *self, const fsm_stop *stop, fsm_member *members, 
     }
     free(l.counts);
     free(l.order);
-    free(l.asked);
+    free(l.requested);
     free(l.found);
     free(l.theirs);
     free(l.answers);

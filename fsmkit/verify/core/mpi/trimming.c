@@ -58,7 +58,7 @@ static bool take_step(void *context, uint32_t peer, fsm_unread *from)
     taking *t = context;
     fsm_ranks *r = t->self->ranks;
     fsm_state state;
-    if (!fsm_dictionary_hear(&r->words, peer, from, &state))
+    if (!fsm_dictionary_receive(&r->words, peer, from, &state))
         return fsm_ranks_stop(r, FSM_MODEL_FAILED);
     uint32_t place = fsm_read_small(from);
     return !from->failed && t->arrives(t->self, fsm_set_find(&r->passed, state), peer, place);
@@ -83,7 +83,7 @@ static bool follow(trimming *self, uint64_t place, arrival *arrives)
             continue;
         }
         fsm_wire *wire = owner == FSM_NONE ? NULL : fsm_exchange_to(&r->exchange, owner);
-        if (wire == NULL || !fsm_dictionary_tell(&r->words, owner, to, wire))
+        if (wire == NULL || !fsm_dictionary_send(&r->words, owner, to, wire))
             return fsm_ranks_stop(r, FSM_OUT_OF_MEMORY);
         fsm_wire_number(wire, place);
         fsm_exchange_wrote(&r->exchange, owner);
@@ -91,12 +91,12 @@ static bool follow(trimming *self, uint64_t place, arrival *arrives)
     return true;
 }
 
-static bool is_time_to_ask(fsm_ranks *r, uint64_t count)
+static bool is_time_to_check(fsm_ranks *r, uint64_t count)
 {
-    enum { LOOK_EVERY = 4096, ASK_EVERY = 1024 };
+    enum { LOOK_EVERY = 4096, CHECK_EVERY = 1024 };
     if (count % LOOK_EVERY == 0)
         fsm_exchange_look(&r->exchange);
-    return count % ASK_EVERY == 0;
+    return count % CHECK_EVERY == 0;
 }
 
 /* For each state that stays, in all ranks at once. */
@@ -105,11 +105,11 @@ static bool follow_all(trimming *self, arrival *arrives)
     fsm_ranks *r = self->ranks;
     taking t = {self, arrives};
     uint64_t count = 0;
-    fsm_exchange_begin(&r->exchange, take_step, &t);
+    fsm_exchange_start(&r->exchange, take_step, &t);
     for (uint64_t place = 0; place < fsm_set_places(&r->passed); place++) {
         if (!fsm_set_taken(&r->passed, place) || self->entering[place] == GONE)
             continue;
-        if ((is_time_to_ask(r, count++) && !fsm_ranks_keep_on(r)) || !follow(self, place, arrives))
+        if ((is_time_to_check(r, count++) && !fsm_ranks_keep_on(r)) || !follow(self, place, arrives))
             break;
     }
     (void)fsm_exchange_end(&r->exchange);
@@ -133,10 +133,10 @@ static bool trim(trimming *self)
         self->free_next = items;
         self->next_room = room;
         self->next_count = 0;
-        fsm_exchange_begin(&r->exchange, take_step, &t);
+        fsm_exchange_start(&r->exchange, take_step, &t);
         for (size_t i = 0; i < self->now_count; i++) {
             self->entering[self->free_now[i]] = GONE;
-            if ((is_time_to_ask(r, i) && !fsm_ranks_keep_on(r)) || !follow(self, self->free_now[i], leave))
+            if ((is_time_to_check(r, i) && !fsm_ranks_keep_on(r)) || !follow(self, self->free_now[i], leave))
                 break;
         }
         (void)fsm_exchange_end(&r->exchange);
@@ -153,19 +153,19 @@ static uint64_t first_that_stays(const trimming *self)
     return place < places ? place : FSM_NOWHERE;
 }
 
-/* The state that was asked about last, when some state before it is asked about again: so that lies on a cycle. States are
+/* The state that was requested last, when one of its ancestors is requested again: it lies on a cycle. States are
  * walked back one by one, from rank to rank, and the walk is compared with itself at twice the distance (Brent 1980). */
 static void walk_back(trimming *self, uint32_t rank, uint64_t place)
 {
     fsm_ranks *r = self->ranks;
     uint64_t here[2] = {rank, place}, kept[2] = {rank, place};
     for (uint64_t steps = 0, power = 1;; steps++) {
-        int asked = (int)here[0];
+        int requested = (int)here[0];
         if (here[0] == r->rank) {
             here[0] = self->before_rank[here[1]];
             here[1] = self->before_place[here[1]];
         }
-        MPI_Bcast(here, 2, MPI_UINT64_T, asked, MPI_COMM_WORLD);
+        MPI_Bcast(here, 2, MPI_UINT64_T, requested, MPI_COMM_WORLD);
         if (here[0] == kept[0] && here[1] == kept[1])
             break;
         if (steps + 1 == power) {

@@ -74,11 +74,11 @@ fsm_steps *fsm_search_steps(const fsm_search *self, fsm_ahead *ahead, const fsm_
     const fsm_model *model = self->model;
     const fsm_state *states = fsm_layer_states(layer);
     size_t last = looks_ahead && at + FSM_AHEAD < end ? at + FSM_AHEAD : looks_ahead ? end : at + 1;
-    for (; ahead->asked < last; ahead->asked++) {
-        fsm_steps *steps = &ahead->steps[ahead->asked % FSM_AHEAD];
-        fetch(self, layer, ahead->asked);
-        fsm_steps_clear(steps, found_by(self, layer, ahead->asked));
-        if (!model->successors(model->self, states[ahead->asked], steps))
+    for (; ahead->requested < last; ahead->requested++) {
+        fsm_steps *steps = &ahead->steps[ahead->requested % FSM_AHEAD];
+        fetch(self, layer, ahead->requested);
+        fsm_steps_clear(steps, found_by(self, layer, ahead->requested));
+        if (!model->successors(model->self, states[ahead->requested], steps))
             return NULL;
     }
     fsm_steps *steps = &ahead->steps[at % FSM_AHEAD];
@@ -89,5 +89,5 @@ void fsm_ahead_free(fsm_ahead *self)
 {
     for (int i = 0; i < FSM_AHEAD; i++)
         free(self->steps[i].items);
-    *self = (fsm_ahead){.asked = 0};
+    *self = (fsm_ahead){.requested = 0};
 }

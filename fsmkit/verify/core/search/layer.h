@@ -1,4 +1,5 @@
-/* layer.h: a search with its layers and all that it keeps, and what is done with one state of a layer, by whichever thread. */
+/* layer.h: a search with its layers and data, and the processing of one state of a layer, by any
+ * thread. */
 #ifndef FSM_LAYER_H
 #define FSM_LAYER_H
 
@@ -6,7 +7,7 @@
 
 typedef enum {
     FSM_COMPLETE,
-    FSM_DECIDED, /* all that was waited for has been seen */
+    FSM_DECIDED, /* all awaited marks have been seen */
     FSM_OUT_OF_MEMORY,
     FSM_OUT_OF_TIME,
     FSM_INTERRUPTED,
@@ -48,12 +49,13 @@ typedef struct {
     uint32_t group;
 } fsm_target;
 
-/* Steps of a few states of a layer, asked for some time before they are finished: meanwhile memory is fetched. */
+/* Steps of a few states of a layer, requested some time before they are finished: memory is
+ * fetched meanwhile. */
 enum { FSM_AHEAD = 8 };
 
 typedef struct {
     fsm_steps steps[FSM_AHEAD];
-    size_t asked; /* the states before this one have been asked for theirs */
+    size_t requested; /* the states before this one have been requested */
 } fsm_ahead;
 
 struct fsm_path; /* path.h */
@@ -67,10 +69,10 @@ struct fsm_search {
     uint32_t cores;                /* that it may use; more than one is used only for large layers */
     uint32_t large, chunk;         /* states of a large layer, and those that a core takes at a time */
     bool sleepless;                /* every step is taken, also where another order of the same steps is (sleep_sets.h) */
-    bool (*keep_on)(fsm_search *); /* asked now and then; sets `outcome` to stop; may be NULL */
+    bool (*keep_on)(fsm_search *); /* called now and then; sets `outcome` to stop; may be NULL */
     /* The path to a nearest state with one of some flags, by places; NULL: the states are explored again for it. */
     fsm_state (*trace)(const fsm_search *, const unsigned char *flags, unsigned char wanted, struct fsm_path *path);
-    bool (*seeks_on)(const fsm_search *); /* asked now and then by what seeks a path: false to give up; may be NULL */
+    bool (*seeks_on)(const fsm_search *); /* called now and then by searches for a path: false to stop; may be NULL */
     void *context;                 /* for both */
     uint64_t most;                 /* for them: states that are enough; 0: all */
     const bool *awaited;           /* by mark: stop when all of these were seen; NULL: explore all */
@@ -86,14 +88,14 @@ struct fsm_search {
     fsm_layer layers[2];           /* the one that is expanded, and the next */
     uint32_t depth;                /* of the layer that is expanded */
     uint64_t expanded, transitions, left_out; /* states; their steps; those of them that slept */
-    uint64_t asked_at;             /* steps when `keep_on` was asked last */
+    uint64_t checked_at;             /* steps at the last call of `keep_on` */
     bool maybe_cyclic;             /* some internal step led to a state that was known */
     fsm_witness *witnesses;        /* one for each mark of the model */
     fsm_checkpoint *checkpoints;
     uint32_t checkpoint_count, checkpoint_room, interval; /* layers from one to the next */
     size_t checkpoint_bytes, model_bytes;
     fsm_ahead ahead;
-    fsm_found at;                  /* the state at hand */
+    fsm_found at;                  /* the current state */
     fsm_outcome outcome;
     fsm_parallel_search *parallel;            /* NULL: one thread does it all */
     uint32_t cores_used;
@@ -104,8 +106,8 @@ bool fsm_witness_note(fsm_witness *self, fsm_found at, uint32_t step); /* whethe
 void fsm_search_note_mark(fsm_search *self, uint32_t mark, fsm_found at, uint32_t step);
 void fsm_search_note_group(fsm_search *self, uint32_t group, fsm_found found);
 
-/* The steps of a state of a layer, asked for with those of the states after it up to before `end`, if `looks_ahead`; NULL
- * if the model failed. To be called for one state after the other; `ahead->asked` is the first one to begin with. */
+/* The steps of a state of a layer, requested with those of the states after it up to before `end`, if `looks_ahead`; NULL
+ * if the model failed. To be called for one state after the other; `ahead->requested` is initially the first one. */
 fsm_steps *fsm_search_steps(const fsm_search *self, fsm_ahead *ahead, const fsm_layer *layer, size_t at, size_t end,
                             bool looks_ahead);
 void fsm_ahead_free(fsm_ahead *self);

@@ -54,7 +54,7 @@ struct fsm_parallel_search {
     hand hands[FSM_MOST_WORKERS];
     chunk chunks[FSM_BLOCK_CHUNKS];
     size_t bytes; /* of candidates */
-    /* the block at hand */
+    /* the current block */
     const fsm_layer *layer;
     fsm_layer *next;
     size_t first, end;
@@ -294,7 +294,7 @@ static void expand_chunk(const fsm_parallel_search *self, hand *h, chunk *c, uin
     size_t first = self->first + (size_t)number * search->chunk;
     size_t end = first + search->chunk < self->end ? first + search->chunk : self->end;
     pipeline pipe = {.count = 0};
-    h->ahead.asked = first;
+    h->ahead.requested = first;
     c->found = 0;
     for (uint32_t shard = 0; shard < self->shards; shard++)
         c->shards[shard].count = c->shards[shard].kept = 0;

@@ -14,7 +14,7 @@ bool fsm_path_add(fsm_path *self, uint32_t step)
 /* --- between two checkpoints ---------------------------------------------------------------------- */
 
 /* How a state was first reached; the nodes double as the waiting list. */
-enum { STEP_BITS = 20, FOOTPRINT_BITS = 12, ASK_EVERY = 1024 };
+enum { STEP_BITS = 20, FOOTPRINT_BITS = 12, CHECK_EVERY = 1024 };
 
 typedef struct {
     fsm_state state;
@@ -27,7 +27,7 @@ typedef struct {
     uint32_t *slots; /* number of a node plus one; 0 is empty */
     uint32_t count, capacity;
     size_t limit; /* bytes */
-    bool sleeps;  /* steps of which another order is taken are left out (sleep_sets.h) */
+    bool sleeps;  /* steps that are taken in another order are skipped (sleep_sets.h) */
 } tree;
 
 static uint32_t *slot_of(const tree *self, fsm_state state)
@@ -60,7 +60,7 @@ static bool grow(tree *self)
     return true;
 }
 
-/* Adds the state to which a step leads from that node. False if memory ran out, or its ordinal is beyond all that is kept. */
+/* Adds the state to which a step leads from that node. False if memory ran out, or its ordinal is beyond all stored ones. */
 static bool add(tree *self, uint32_t from, const fsm_step *step)
 {
     fsm_state state = step->to;
@@ -86,7 +86,7 @@ static bool add_back(const tree *self, uint32_t number, fsm_path *path)
         && fsm_path_add(path, self->nodes[number].step);
 }
 
-static fsm_state search_from(const fsm_search *search, tree *self, fsm_find_way *way, void *context, fsm_path *path)
+static fsm_state search_from(const fsm_search *search, tree *self, fsm_classify_step *way, void *context, fsm_path *path)
 {
     const fsm_model *model = search->model;
     fsm_steps steps = {0};
@@ -94,16 +94,16 @@ static fsm_state search_from(const fsm_search *search, tree *self, fsm_find_way 
     bool fine = true;
     for (uint32_t at = 0; fine && end == FSM_NO_STATE && at < self->count; at++) {
         fsm_state from = self->nodes[at].state;
-        if (at % ASK_EVERY == 0 && search->seeks_on != NULL && !search->seeks_on(search))
+        if (at % CHECK_EVERY == 0 && search->seeks_on != NULL && !search->seeks_on(search))
             break;
         fsm_steps_clear(&steps, (fsm_footprint_number)self->nodes[at].footprint);
         fine = fsm_successors(model, from, &steps);
         for (uint32_t i = 0; fine && end == FSM_NO_STATE && i < steps.count; i++) {
-            fsm_way goes = way(context, &steps, i, from);
+            fsm_path_step goes = way(context, &steps, i, from);
             const fsm_step *step = &steps.items[i];
             if (goes == FSM_ARRIVES && add_back(self, at, path) && fsm_path_add(path, step->ordinal))
                 end = step->to;
-            fine = goes == FSM_GOES_ON ? add(self, at, step) : goes == FSM_NO_WAY || end != FSM_NO_STATE;
+            fine = goes == FSM_GOES_ON ? add(self, at, step) : goes == FSM_OFF_PATH || end != FSM_NO_STATE;
         }
     }
     free(steps.items);
@@ -118,7 +118,7 @@ static size_t room_for_paths(const fsm_search *search)
     return used < limit - least ? limit - used : least;
 }
 
-static fsm_state find_path(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, bool sleeps,
+static fsm_state find_path(const fsm_search *search, fsm_state from, fsm_classify_step *way, void *context, bool sleeps,
                            fsm_path *path)
 {
     tree self = {.limit = room_for_paths(search), .sleeps = sleeps};
@@ -129,13 +129,13 @@ static fsm_state find_path(const fsm_search *search, fsm_state from, fsm_find_wa
     return end;
 }
 
-/* Every step is asked about: not all may be taken, and then it is another graph. */
-fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, fsm_path *path)
+/* Every step is checked: not all may be taken, and then it is another graph. */
+fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_classify_step *way, void *context, fsm_path *path)
 {
     return find_path(search, from, way, context, false, path);
 }
 
-static fsm_way way_to(void *context, const fsm_steps *steps, size_t step, fsm_state from)
+static fsm_path_step path_to(void *context, const fsm_steps *steps, size_t step, fsm_state from)
 {
     const fsm_state *to = context;
     (void)from;
@@ -144,7 +144,7 @@ static fsm_way way_to(void *context, const fsm_steps *steps, size_t step, fsm_st
 
 static bool add_segment(const fsm_search *search, fsm_state from, fsm_state to, fsm_path *path)
 {
-    return from == to || find_path(search, from, way_to, &to, !search->sleepless, path) != FSM_NO_STATE;
+    return from == to || find_path(search, from, path_to, &to, !search->sleepless, path) != FSM_NO_STATE;
 }
 
 bool fsm_path_to(const fsm_search *search, const fsm_found *found, fsm_path *path)

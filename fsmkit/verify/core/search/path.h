@@ -14,12 +14,12 @@ typedef struct fsm_path {
 bool fsm_path_to(const fsm_search *search, const fsm_found *found, fsm_path *path);
 
 /* Whether a shortest path may take a step, and whether it ends with it. */
-typedef enum { FSM_NO_WAY, FSM_GOES_ON, FSM_ARRIVES } fsm_way;
-typedef fsm_way fsm_find_way(void *context, const fsm_steps *steps, size_t step, fsm_state from);
+typedef enum { FSM_OFF_PATH, FSM_GOES_ON, FSM_ARRIVES } fsm_path_step;
+typedef fsm_path_step fsm_classify_step(void *context, const fsm_steps *steps, size_t step, fsm_state from);
 
 /* Adds a shortest path from a state, of at least one step. Returns the state it leads to; FSM_NO_STATE if there is
  * none or the memory ran out that the search may use. */
-fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_find_way *way, void *context, fsm_path *path);
+fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_classify_step *way, void *context, fsm_path *path);
 
 bool fsm_path_add(fsm_path *self, uint32_t step);
 

@@ -52,7 +52,7 @@ static bool push_edges(fsm_scc *self, uint64_t state)
 bool fsm_scc_enter(fsm_scc *self, uint64_t state)
 {
     fsm_search *search = self->search;
-    if (++self->asked % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search))
+    if (++self->checks % 1024 == 0 && search->keep_on != NULL && !search->keep_on(search))
         return false;
     if (!FSM_HAS_ROOM(self->frames, self->frame_count, self->frame_room, 1))
         return false;

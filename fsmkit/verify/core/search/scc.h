@@ -26,7 +26,7 @@ typedef struct {
     size_t edge_count, edge_room;
     fsm_frame *frames;
     size_t frame_count, frame_room;
-    uint64_t asked;
+    uint64_t checks;
 } fsm_scc;
 
 bool fsm_scc_init(fsm_scc *self, fsm_search *search);
@@ -41,7 +41,7 @@ static inline fsm_frame *fsm_scc_top(const fsm_scc *self)
     return &self->frames[self->frame_count - 1];
 }
 
-/* Strongly connected components. A component gets a value once all that its steps lead to are complete. */
+/* Strongly connected components. A component gets a value once all of its successors are complete. */
 enum { FSM_LEAVES = 1 };
 
 typedef struct fsm_components fsm_components;

@@ -7,8 +7,8 @@
 #include <string.h>
 
 enum {
-    ASK_EVERY = 1024, /* states between two calls of `keep_on` */
-    ASK_AFTER = 1 << 16, /* and steps, where states have many */
+    CHECK_EVERY = 1024, /* states between two calls of `keep_on` */
+    CHECK_AFTER = 1 << 16, /* and steps, where states have many */
     LARGE_LAYER = 1 << 14,
     CHUNK = 512,
     PIPE = 64,        /* steps under way while their places in the set are fetched */
@@ -127,7 +127,7 @@ static void thin_out(fsm_search *self, fsm_layer *layer)
         drop_odd_checkpoints(self, layer);
 }
 
-/* Keeps the layer that is about to be expanded, which then is the ancestor of what follows. */
+/* Keeps the layer that is about to be expanded as the ancestor of the following ones. */
 static bool keep_checkpoint(fsm_search *self, fsm_layer *layer)
 {
     size_t count = layer->count;
@@ -293,15 +293,15 @@ static bool is_decided(const fsm_search *self)
         || (fsm_search_has_targets(self) && self->groups_left == 0);
 }
 
-static bool is_to_ask(const fsm_search *self)
+static bool is_to_check(const fsm_search *self)
 {
-    return self->expanded % ASK_EVERY == 0 || self->transitions - self->asked_at >= ASK_AFTER;
+    return self->expanded % CHECK_EVERY == 0 || self->transitions - self->checked_at >= CHECK_AFTER;
 }
 
-/* Asked now and then. */
+/* Called now and then. */
 static bool is_within_limits(fsm_search *self)
 {
-    self->asked_at = self->transitions;
+    self->checked_at = self->transitions;
     self->model_bytes = self->model->memory(self->model->self);
     if (fsm_search_bytes(self) > self->memory_limit)
         return stop(self, FSM_OUT_OF_MEMORY);
@@ -318,11 +318,11 @@ SPECIAL bool expand_some(fsm_search *self, const fsm_layer *layer, size_t first,
 {
     bool each = layer->count < self->large, fine = true;
     pipeline pipe = {.count = 0};
-    self->ahead.asked = first;
+    self->ahead.requested = first;
     for (size_t i = first; fine && i < first + count; i++) {
         self->at = (fsm_found){fsm_layer_states(layer)[i], self->depth, self->checkpoint_count - 1,
                                fsm_layer_tags(layer)[i]};
-        fine = (!each || may_go_on(self)) && (!is_to_ask(self) || is_within_limits(self))
+        fine = (!each || may_go_on(self)) && (!is_to_check(self) || is_within_limits(self))
             && expand(self, next, &pipe, fsm_search_steps(self, &self->ahead, layer, i, first + count, !each), lossy)
             && look_at_new(self, next, self->depth + 1, each ? 0 : LAG);
     }
@@ -344,7 +344,7 @@ static void engage(fsm_search *self)
     self->cores_used = self->cores;
 }
 
-/* A large layer by blocks, between which it is asked whether all is decided: so the result does not
+/* A large layer by blocks, after each of which the search checks whether all is decided: so the result does not
  * depend on how many threads there are. */
 static bool expand_layer(fsm_search *self, const fsm_layer *layer, fsm_layer *next)
 {

@@ -10,8 +10,9 @@
 
 bool fsm_search_init(fsm_search *self, const fsm_model *model, size_t memory_limit);
 
-/* Keeps less of states than tells them apart (hash_compaction.h), in a table of so many bytes: then some may be missed, and what
- * is asked of the whole graph cannot be answered. Asked before it runs. False if they cannot be had. */
+/* Stores states lossily (hash_compaction.h), in a table of so many bytes: then some may be
+ * missed, and properties of the whole graph cannot be decided. To be called before the search.
+ * False if there is no memory for it. */
 bool fsm_search_make_lossy(fsm_search *self, fsm_storage storage, size_t bytes);
 void fsm_search_free(fsm_search *self);
 

@@ -6,7 +6,7 @@ enum { ROW = FSM_MOST_FOOTPRINTS / 64 }; /* words */
 
 bool fsm_sleep_sets_init(fsm_sleep_sets *self)
 {
-    const fsm_footprint anything = {.moved = UINT64_MAX, .told = UINT64_MAX};
+    const fsm_footprint anything = {.moved = UINT64_MAX, .receivers = UINT64_MAX};
     self->rows = calloc((size_t)FSM_MOST_FOOTPRINTS * ROW, sizeof *self->rows);
     return self->rows != NULL && fsm_store_init(&self->footprints, sizeof anything)
         && fsm_store_insert(&self->footprints, &anything, SIZE_MAX, NULL) == 0;
@@ -26,7 +26,7 @@ size_t fsm_sleep_sets_bytes(const fsm_sleep_sets *self)
 
 static bool touch_the_same(const fsm_footprint *a, const fsm_footprint *b)
 {
-    return ((a->moved & (b->moved | b->told)) | (a->told & b->moved) | (a->inputs & b->inputs)) != 0;
+    return ((a->moved & (b->moved | b->receivers)) | (a->receivers & b->moved) | (a->inputs & b->inputs)) != 0;
 }
 
 /* Whether a step sleeps in a state that was found first by another one. */

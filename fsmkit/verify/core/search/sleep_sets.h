@@ -22,10 +22,10 @@
  * touch different machines, or different inputs of a machine that does not move, do each the same before and after the
  * other one. Whether they may be taken depends on more: on whether machines of the environment have to answer first, and
  * how many events wait in all queues. Let z be taken in q, and x in the state after it.
- *   x can be taken in q: both are answers of the same kind, or neither is one; and if x comes from outside, not more
+ *   x can be taken in q: both are reactions of the same kind, or neither is one; and if x is external, not more
  *   events waited in q than after z.
- *   z can be taken after x: x makes nobody answer that had nothing to answer; and if z comes from outside, not more events
- *   wait after x than did in q. */
+ *   z can be taken after x: x causes no reaction of a machine that had none to make; and if z is external, not more
+ *   events wait after x than did in q. */
 #ifndef FSM_SLEEP_SETS_H
 #define FSM_SLEEP_SETS_H
 
@@ -38,7 +38,7 @@ typedef enum { FSM_WATCHES, FSM_ANSWERS, FSM_OWN, FSM_OPEN, FSM_PARTS } fsm_part
 /* What a step of a machine touches, wherever it is taken. Bytes that are not named are 0. */
 typedef struct {
     uint64_t moved;       /* machines: a bit for the one that moves, and each that it sends an event; of many, some share one */
-    uint64_t told;        /* those that it gives a value for an input */
+    uint64_t receivers;        /* those that it gives a value for an input */
     uint64_t inputs;      /* a bit for each such input; where there are many, two may have the same */
     uint32_t mover;
     unsigned char part;   /* an fsm_part */

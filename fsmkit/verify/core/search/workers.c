@@ -55,7 +55,7 @@ typedef struct {
 
 struct fsm_workers {
     pthread_mutex_t mutex;
-    pthread_cond_t begun, ended;
+    pthread_cond_t started, ended;
     uint32_t count;
     uint32_t active; /* who works, the caller apart */
     uint32_t round;  /* of work */
@@ -74,7 +74,7 @@ static void *serve(void *argument)
     (void)pthread_mutex_lock(&all->mutex);
     for (;;) {
         while ((!all->open || all->round == done) && !all->stop)
-            (void)pthread_cond_wait(&all->begun, &all->mutex);
+            (void)pthread_cond_wait(&all->started, &all->mutex);
         if (all->stop)
             break;
         done = all->round;
@@ -110,7 +110,7 @@ fsm_workers *fsm_workers_start(uint32_t count)
     if (self == NULL)
         return NULL;
     (void)pthread_mutex_init(&self->mutex, NULL);
-    (void)pthread_cond_init(&self->begun, NULL);
+    (void)pthread_cond_init(&self->started, NULL);
     (void)pthread_cond_init(&self->ended, NULL);
     self->count = 1;
     start_threads(self, count < FSM_MOST_WORKERS ? count : FSM_MOST_WORKERS);
@@ -126,11 +126,11 @@ void fsm_workers_stop(fsm_workers *self)
         return;
     (void)pthread_mutex_lock(&self->mutex);
     self->stop = true;
-    (void)pthread_cond_broadcast(&self->begun);
+    (void)pthread_cond_broadcast(&self->started);
     (void)pthread_mutex_unlock(&self->mutex);
     for (uint32_t i = 1; i < self->count; i++)
         (void)pthread_join(self->workers[i].thread, NULL);
-    (void)pthread_cond_destroy(&self->begun);
+    (void)pthread_cond_destroy(&self->started);
     (void)pthread_cond_destroy(&self->ended);
     (void)pthread_mutex_destroy(&self->mutex);
     free(self);
@@ -148,7 +148,7 @@ void fsm_workers_run(fsm_workers *self, fsm_work *work, void *context)
     self->context = context;
     self->round++;
     self->open = true;
-    (void)pthread_cond_broadcast(&self->begun);
+    (void)pthread_cond_broadcast(&self->started);
     (void)pthread_mutex_unlock(&self->mutex);
     work(context, 0);
     (void)pthread_mutex_lock(&self->mutex);

@@ -21,7 +21,7 @@ uint32_t fsm_workers_count(const fsm_workers *self);
  * divided by turns: not every worker need have come in time. */
 void fsm_workers_run(fsm_workers *self, fsm_work *work, void *context);
 
-/* The next of the numbers below `count`, each for one worker only; `count` when there is none left. */
+/* The next of the numbers below `count`, each for one worker only; `count` when all are taken. */
 static inline uint32_t fsm_take_turn(uint32_t *turns, uint32_t count)
 {
     uint32_t turn = __atomic_fetch_add(turns, 1, __ATOMIC_RELAXED);

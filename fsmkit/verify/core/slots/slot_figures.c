@@ -21,7 +21,7 @@ static uint32_t cut(cutting *self, uint32_t node)
     const uint64_t *known = fsm_hash_map_find(&self->known, node);
     if (known != NULL)
         return (uint32_t)*known;
-    size_t base = fsm_mdd_begin(mdd);
+    size_t base = fsm_mdd_start(mdd);
     for (uint32_t i = 0; i < fsm_mdd_at(mdd, node)->count && !self->failed; i++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(mdd, node)[i];
         self->failed = !fsm_mdd_push(mdd, pair.value, cut(self, pair.child));
@@ -47,7 +47,7 @@ static uint32_t locals_of(cutting *self, uint32_t top)
 }
 
 /* The ways down from a node, each once. */
-static char *count_ways(const cutting *self, uint32_t root, size_t width)
+static char *count_paths(const cutting *self, uint32_t root, size_t width)
 {
     const fsm_mdd *mdd = &self->symbolic->mdd;
     uint32_t count;
@@ -83,5 +83,5 @@ char *fsm_count_locals(fsm_symbolic *symbolic, uint32_t machine)
     self.all = fsm_symbolic_terminal(symbolic, (fsm_waiting){0, 0, 0});
     uint32_t found = self.all == 0 ? 0 : locals_of(&self, top);
     fsm_hash_map_free(&self.known);
-    return self.all == 0 || self.failed ? NULL : count_ways(&self, found, (size_t)room + 2); /* a digit for each level */
+    return self.all == 0 || self.failed ? NULL : count_paths(&self, found, (size_t)room + 2); /* a digit for each level */
 }

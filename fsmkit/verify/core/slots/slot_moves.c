@@ -2,8 +2,8 @@
 
 /* A change goes from the last slot to the head:
  *
- *   BEGIN     above, all slots were empty and stay so;
- *   PUSH n    what is pushed is being written, the last first; n are left of it;
+ *   START     above, all slots were empty and stay so;
+ *   PUSH n    the pushed events are being written, the last first; n are left of it;
  *   SHIFT v   some slot below is taken from; what was above, v, comes into this one;
  *   SEEK      some slot below is taken from, and those above stay;
  *   BELOW     that was done: what is left is deferred where the machine is;
@@ -11,7 +11,7 @@
  *   EXPECT v  the slot above got what this one has: v, which was guessed.
  *
  * The list has no gaps, so below an event there is no empty slot. */
-typedef enum { BEGIN = FSM_PHASE_BEGIN, PUSH, SHIFT, SEEK, BELOW, KEEP, EXPECT } phase_kind;
+typedef enum { BEGIN = FSM_PHASE_START, PUSH, SHIFT, SEEK, BELOW, KEEP, EXPECT } phase_kind;
 
 enum { KIND_BITS = 3 };
 

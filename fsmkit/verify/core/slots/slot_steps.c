@@ -13,7 +13,7 @@ typedef struct {
     uint32_t label;             /* fsm_symbolic_label */
     bool internal;
     fsm_change change;
-    uint32_t pushed; /* list of what is pushed */
+    uint32_t pushed; /* list of the pushed events */
 } effect;
 
 typedef struct {
@@ -45,7 +45,7 @@ static uint32_t deferred_of(const uint32_t *values, uint32_t count)
     return deferred;
 }
 
-/* Whether a list begins with what is left of one; then `*at` is behind that. */
+/* Whether a list starts with the rest of another; then `*at` is behind that. */
 static bool goes_on(const uint32_t *list, uint32_t count, const uint32_t *left, uint32_t left_count, uint32_t *at)
 {
     for (uint32_t i = 0; i < left_count; i++)
@@ -55,7 +55,7 @@ static bool goes_on(const uint32_t *list, uint32_t count, const uint32_t *left, 
     return true;
 }
 
-/* Reads off a change; false if it is none of those that slots.h knows. */
+/* Derives a change; false if it is not one of those of slots.h. */
 static bool read_change(finding *self, fsm_action action, uint32_t window, uint32_t next, effect *found)
 {
     fsm_slots *slots = &self->symbolic->slots;
@@ -101,7 +101,7 @@ static bool add_effect(finding *self, effect found)
     return true;
 }
 
-/* A timer that fires is due; one that is in the base as it was has not been touched. */
+/* A timer that fires has expired; one that is in the base as it was has not been touched. */
 static uint32_t clock_change(const finding *self, fsm_action action, uint32_t window, uint32_t next)
 {
     const fsm_slots *slots = &self->symbolic->slots;
@@ -141,8 +141,8 @@ static bool add_step(finding *self, uint32_t window, uint32_t length, fsm_class 
     return found.change.after == FSM_NONE ? no_memory(self) : add_effect(self, found);
 }
 
-/* Which steps of a window are wanted: an event that is taken; eventless transitions; timers, where there is a clock; what else the
- * machine does by itself; what comes from outside. */
+/* Which steps of a window are requested: an event that is taken; eventless transitions; timers, where there is a clock; other steps
+ * of the machine; external events. */
 typedef enum { TAKEN, EVENTLESS, FIRED, BY_ITSELF, FROM_OUTSIDE } part;
 
 static part part_of(const finding *self, const fsm_local_step *step)
@@ -153,18 +153,18 @@ static part part_of(const finding *self, const fsm_local_step *step)
     return step->action == FSM_DO_TAKE ? TAKEN : step->action == FSM_DO_EVENTLESS ? EVENTLESS : BY_ITSELF;
 }
 
-static bool add_window(finding *self, uint32_t window, uint32_t length, part wanted, fsm_change_condition condition,
+static bool add_window(finding *self, uint32_t window, uint32_t length, part requested, fsm_change_condition condition,
                        uint32_t taken)
 {
     fsm_symbolic *s = self->symbolic;
-    bool open = wanted == FROM_OUTSIDE;
+    bool open = requested == FROM_OUTSIDE;
     if (window == FSM_NONE || !fsm_knowledge_find(s->knowledge, self->machine, window, open))
         return give_up(self);
     const fsm_local_info info = *fsm_info(s->composition, self->machine, window);
     uint32_t first = open ? info.open : info.own, count = open ? info.open_count : info.own_count;
     for (uint32_t n = first; n < first + count; n++) {
         const fsm_local_step step = s->composition->steps[n];
-        if ((open || part_of(self, &step) == wanted)
+        if ((open || part_of(self, &step) == requested)
             && !add_step(self, window, length, open ? FSM_CLASS_OPEN : FSM_CLASS_OWN, &step, condition, taken))
             return false;
     }
@@ -235,7 +235,7 @@ static bool add_event(finding *self, effect *found)
     const uint32_t *messages = fsm_lists_at(&s->sent, found->sent, &count);
     if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + (size_t)count))
         return false;
-    fsm_symbolic_begin_key(s, self->machine, (fsm_class)found->class, number, found->clock, found->label);
+    fsm_symbolic_start_key(s, self->machine, (fsm_class)found->class, number, found->clock, found->label);
     if (count > 0)
         memcpy(s->buffer + FSM_KEY_HEAD, messages, count * sizeof *messages);
     fsm_event *event = fsm_symbolic_event(s, s->buffer, FSM_KEY_HEAD + count);
@@ -277,15 +277,15 @@ static bool needs_room(const finding *self, uint32_t first)
 
 /* Of windows from one length to another. In the shortest one there is room: where no step queues anything, none would in the others,
  * so that these have the same steps. */
-static bool add_windows(finding *self, uint32_t what, uint32_t least, uint32_t most, part wanted, fsm_change_condition condition)
+static bool add_windows(finding *self, uint32_t what, uint32_t least, uint32_t most, part requested, fsm_change_condition condition)
 {
     fsm_slots *slots = &self->symbolic->slots;
     uint32_t first = self->count, taken = condition == FSM_IF_FIRST ? what : 0;
     bool fine = true;
     for (uint32_t length = least; fine && length <= most; length++) {
-        uint32_t clock = wanted == FIRED ? FSM_CLOCK_DUE : FSM_CLOCK_FAR;
+        uint32_t clock = requested == FIRED ? FSM_CLOCK_DUE : FSM_CLOCK_FAR;
         uint32_t window = fsm_slots_window(slots, self->machine, self->base, what, length, clock);
-        fine = add_window(self, window, length, wanted, condition, taken);
+        fine = add_window(self, window, length, requested, condition, taken);
         if (length > least || !fine || needs_room(self, first))
             continue;
         uint32_t found = self->count;

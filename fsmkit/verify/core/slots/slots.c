@@ -14,7 +14,7 @@ bool fsm_slots_can(const fsm_system *system, const fsm_split *split, uint32_t ma
         && (split == NULL || split->machines == NULL || split->machines[machine].count == 0);
 }
 
-static bool begin_machine(fsm_slots *self, uint32_t machine)
+static bool start_machine(fsm_slots *self, uint32_t machine)
 {
     const fsm_machine_info *info = self->composition->system->machines[machine]->info;
     fsm_slot_machine *m = &self->machines[machine];
@@ -27,7 +27,7 @@ static bool begin_machine(fsm_slots *self, uint32_t machine)
     return fsm_store_init(&m->events, info->event_size) && m->lists[0] != NULL && m->lists[1] != NULL;
 }
 
-bool fsm_slots_init(fsm_slots *self, fsm_composition *composition, const fsm_split *split, const bool *wanted)
+bool fsm_slots_init(fsm_slots *self, fsm_composition *composition, const fsm_split *split, const bool *requested)
 {
     const fsm_system *system = composition->system;
     size_t largest = 1;
@@ -38,7 +38,7 @@ bool fsm_slots_init(fsm_slots *self, fsm_composition *composition, const fsm_spl
     fine = fsm_lists_init(&self->changes) && fine;
     for (uint32_t i = 0; fine && i < system->machine_count; i++) {
         largest = system->machines[i]->info->size > largest ? system->machines[i]->info->size : largest;
-        fine = wanted == NULL || !wanted[i] || !fsm_slots_can(system, split, i) || begin_machine(self, i);
+        fine = requested == NULL || !requested[i] || !fsm_slots_can(system, split, i) || start_machine(self, i);
     }
     self->scratch = malloc(largest);
     return fine && self->scratch != NULL;

@@ -2,7 +2,7 @@
  * that it can hold; as levels it costs as many nodes as there are differences.
  *
  * A *base* is the local state of a machine with nothing queued and nothing deferred. The events that it keeps are one list, those
- * that are deferred first, each in its order; slot 0 holds the head. The value of a slot is 0 where there is none, an odd number
+ * that are deferred first, each in its order; slot 0 holds the head. The value of a slot is 0 if it is empty, an odd number
  * for an event in the queue, an even one for an event that is deferred.
  *
  * In discrete time a machine that has one timer at most has that in a level, too, its *clock*, above the slots: 0 where the timer
@@ -22,7 +22,7 @@ typedef enum {
     FSM_CHANGE_NONE,
     FSM_CHANGE_TAKE,  /* the first that waits is taken out */
     FSM_CHANGE_DEFER, /* it is taken, and put behind those that are deferred */
-    FSM_CHANGE_INSERT, /* what comes from outside is put behind those that are deferred */
+    FSM_CHANGE_INSERT, /* external events are put behind deferred ones */
     FSM_CHANGE_CLEAR  /* all are lost: the machine stops */
 } fsm_change_kind;
 
@@ -72,12 +72,12 @@ typedef struct {
 /* Whether the queue of a machine can be levels. */
 bool fsm_slots_can(const fsm_system *system, const fsm_split *split, uint32_t machine);
 
-/* `wanted`: by machine, whether its queue is levels, if it can be. False if memory ran out. */
-bool fsm_slots_init(fsm_slots *self, fsm_composition *composition, const fsm_split *split, const bool *wanted);
+/* `requested`: by machine, whether its queue is levels, if it can be. False if memory ran out. */
+bool fsm_slots_init(fsm_slots *self, fsm_composition *composition, const fsm_split *split, const bool *requested);
 void fsm_slots_free(fsm_slots *self);
 
-/* Whether a queue may hold so much that other searches had better not be waited for: more than 100,000 combinations of what
- * is deferred and comes from outside. */
+/* Whether a queue may hold so much that other searches should not be waited for: more than 100,000 combinations of
+ * deferred and external events. */
 bool fsm_slots_are_many(const fsm_system *system);
 
 static inline bool fsm_slot_is_deferred(uint32_t value)
@@ -102,7 +102,7 @@ enum { FSM_CLOCK_NONE, FSM_CLOCK_DUE };
 #define FSM_CLOCK_FAR FSM_NONE
 uint32_t fsm_slots_clock(const fsm_slots *self, uint32_t machine, uint32_t local);
 
-/* The local state of a base with values, from the head on, and with a clock, which does not count where there is none. */
+/* The local state of a base with values, from the head on, and with a clock, which is ignored if the machine has none. */
 uint32_t fsm_slots_local(fsm_slots *self, uint32_t machine, uint32_t base, const uint32_t *values, uint32_t count,
                          uint32_t clock);
 
@@ -112,7 +112,7 @@ static inline uint32_t fsm_slots_levels(const fsm_slots *self, uint32_t machine)
     return self->machines[machine].room + self->machines[machine].has_clock;
 }
 
-/* What a step does to a clock, as a number; 0: nothing, whatever it is. `due`: it is possible only where that is due. And the clock
+/* What a step does to a clock, as a number; 0: nothing, whatever it is. `due`: it is possible only when that has expired. And the clock
  * after it; FSM_NONE: it is not possible. */
 static inline uint32_t fsm_clock_change(uint32_t clock, bool due)
 {
@@ -126,15 +126,15 @@ static inline uint32_t fsm_clock_after(uint32_t change, uint32_t clock)
     return change < 2 ? clock : change / 2 - 1;
 }
 
-/* The clock after a unit of time; FSM_NONE where that is due, so that none passes. */
+/* The clock after a unit of time; FSM_NONE if it has expired, so that no time passes. */
 static inline uint32_t fsm_clock_elapsed(uint32_t clock)
 {
     return clock == FSM_CLOCK_DUE ? FSM_NONE : clock == FSM_CLOCK_NONE ? clock : clock - 1;
 }
 
 /* What a window is for: what a machine does by itself, where a value is the first that waits, where nothing does (FSM_WINDOW_IDLE),
- * and whatever waits; what comes from outside, where all are queued, or where the first is deferred, but no more; what a timer does
- * that is due, where nothing waits. Other numbers are values. */
+ * and whatever waits; external events, where all are queued, or where the first is deferred, but no more; the effect of an
+ * expired timer, where nothing waits. Other numbers are values. */
 enum { FSM_WINDOW_IDLE = 0 };
 #define FSM_WINDOW_QUEUED (FSM_NONE - 1)
 #define FSM_WINDOW_RECALLED (FSM_NONE - 2)
@@ -172,7 +172,7 @@ fsm_change fsm_slots_change(const fsm_slots *self, uint32_t number);
 bool fsm_change_is_none(const fsm_change *change);
 
 /* --- a change, slot by slot (slot_moves.c) */
-enum { FSM_PHASE_DONE, FSM_PHASE_BEGIN };
+enum { FSM_PHASE_DONE, FSM_PHASE_START };
 
 typedef struct {
     uint32_t value, phase; /* that the slot has then, and for the slot below */

@@ -11,7 +11,7 @@ typedef struct {
     size_t taken; /* bytes of the first one */
 } fsm_arena;
 
-/* Memory for anything; NULL if there is none left. `*used` grows by the bytes that it takes. */
+/* Memory for anything; NULL if it ran out. `*used` grows by the bytes that it takes. */
 void *fsm_arena_take(fsm_arena *self, size_t bytes, size_t *used);
 void fsm_arena_free(fsm_arena *self);
 

@@ -135,7 +135,8 @@ static fsm_put put_compact(fsm_hash_compaction *self, uint64_t home)
     return FSM_ADDED;
 }
 
-/* A look-up that begins at a full line goes on in the next: so from a line that is not full backwards. */
+/* A look-up that starts at a full line continues in the next: so from a line that is not full
+ * backwards. */
 static uint64_t states_compared(const fsm_hash_compaction *self, uint32_t part)
 {
     const line *lines = line_at(self, part * self->lines);

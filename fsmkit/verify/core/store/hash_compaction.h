@@ -1,4 +1,4 @@
-/* hash_compaction.h: a passed list that keeps less of each state than tells it from all others, in a table of fixed size.
+/* hash_compaction.h: a passed list that stores states lossily, in a table of fixed size.
  *
  * Hash compaction (Wolper and Leroy 1993; Stern and Dill 1996): a hash of the state names a line of the table, and 24
  * bits of another one stand there for it; a full line goes on in the next. Bitstate (Holzmann 1988; with several hash
@@ -58,9 +58,9 @@ fsm_put fsm_hash_compaction_put(fsm_hash_compaction *self, uint64_t home);
 
 size_t fsm_hash_compaction_bytes(const fsm_hash_compaction *self);
 
-/* How full a part is, so that the rate of false matches can be told. Bitstate: the bits that are set, of
- * FSM_LINE_BITS times `lines`. Hash compaction: the states that a look-up compares, added up over all `lines` it can
- * begin at. */
+/* How full a part is, from which the rate of false matches follows. Bitstate: the bits that are set, of
+ * FSM_LINE_BITS times `lines`. Hash compaction: the states that a look-up compares, added up over all `lines` where it can
+ * start. */
 uint64_t fsm_hash_compaction_filled(const fsm_hash_compaction *self, uint32_t part);
 
 #endif

@@ -14,7 +14,7 @@ typedef struct {
 bool fsm_region_reserve(fsm_region *self, size_t bytes);
 void fsm_region_release(fsm_region *self);
 
-/* Asks for large pages for memory that is looked up here and there, so that fewer addresses are missed. Little
+/* Requests large pages for memory that is accessed randomly, so that fewer addresses are missed. Little
  * memory is left alone. */
 void fsm_region_advise(void *memory, size_t bytes);
 

@@ -1,5 +1,5 @@
 /* segmented_array.h: arrays that grow and never move, so that what was put there can be read while more is
- * added. Each chunk is twice as large as the one before, and begins with a cache line. */
+ * added. Each chunk is twice as large as the one before, and starts at a cache line. */
 #ifndef FSM_SEGMENTED_ARRAY_H
 #define FSM_SEGMENTED_ARRAY_H
 

@@ -1,7 +1,7 @@
 /* set.h: the passed list, an exact set of states; or, where less is kept of them (hash_compaction.h), the table of that.
  *
  * It has one shard, or as many as a power of two, so that as many threads can add to it at once, each to
- * shards of its own. The lower bits of both halves tell the shard; those of the right half are not kept.
+ * shards of its own. The lower bits of both halves select the shard; those of the right half are not kept.
  * If it is lossy it has no shards but parts, of which the number is fixed, and no places. */
 #ifndef FSM_SET_H
 #define FSM_SET_H

@@ -105,13 +105,13 @@ static uint32_t carried_of(fsm_contexts *self, uint32_t level, uint32_t value)
 }
 
 /* The value at a level above, or at this one. */
-static uint32_t value_at(const fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t wanted)
+static uint32_t value_at(const fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value, uint32_t requested)
 {
     const fsm_carried *at = &self->carried[level];
     uint32_t count;
     const uint32_t *values = fsm_lists_at(&self->lists, context, &count);
     for (uint32_t i = 0; i < count; i++)
-        if (at->levels[i] == wanted)
+        if (at->levels[i] == requested)
             return values[i];
     return value;
 }
@@ -123,12 +123,12 @@ uint32_t fsm_context_below(fsm_contexts *self, uint32_t level, uint32_t context,
     if (below->count == 0)
         return 0;
     for (uint32_t i = 0; i < below->count; i++) {
-        uint32_t wanted = below->levels[i];
-        if (wanted == level)
+        uint32_t requested = below->levels[i];
+        if (requested == level)
             self->buffer[i] = carried_of(self, level, value);
         else
-            self->buffer[i] = value_at(self, level, context, value, wanted);
-        if ((at->is_slot || at->is_clock) && wanted == self->symbolic->level_of[at->machine])
+            self->buffer[i] = value_at(self, level, context, value, requested);
+        if ((at->is_slot || at->is_clock) && requested == self->symbolic->level_of[at->machine])
             self->buffer[i] = window_with(self, at, self->buffer[i], value);
         if (self->buffer[i] == FSM_NONE)
             return FSM_NONE;

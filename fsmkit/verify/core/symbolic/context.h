@@ -1,6 +1,6 @@
 /* context.h: a walk through a diagram from the top that knows, at the lowest level of a machine and the variables it shares, in which
  * local state the machine is as a whole. On the way the values are carried down that are needed below, as the number of a list;
- * where nothing is shared there are none. Of a machine whose queue is levels windows (slots.h) are known, which have the same
+ * there are no such values without shared data. For a machine whose queue is levels, windows (slots.h) are known, which have the same
  * steps; carried is its base, with the first event so far that waits and how many there are. */
 #ifndef FSM_CONTEXT_H
 #define FSM_CONTEXT_H
@@ -26,7 +26,8 @@ void fsm_contexts_free(fsm_contexts *self);
 /* The context below, of a value at a level with its context (0 at the top). FSM_NONE if memory ran out. */
 uint32_t fsm_context_below(fsm_contexts *self, uint32_t level, uint32_t context, uint32_t value);
 
-/* A local state with the steps that the machine has by itself; one with those that come from outside; events that it keeps. */
+/* A local state with the machine's own steps; one with its external events; events that it
+ * keeps. */
 typedef struct {
     uint32_t own, open, queued;
 } fsm_known_local;

@@ -1,12 +1,12 @@
 #include "symbolic/diagram.h"
 
 #include "liveness/answers.h"
-#include "ways/approach.h"
+#include "paths/approach.h"
 #include "symbolic/figures.h"
 #include "symbolic/evaluation.h"
 #include "symbolic/order.h"
 #include "symbolic/traps.h"
-#include "ways/ways.h"
+#include "paths/symbolic_paths.h"
 #include "system/spread.h"
 
 #include <inttypes.h>
@@ -26,7 +26,7 @@ struct fsm_diagram {
     const char *order_from; /* how it was found */
     uint32_t mark_count;
     bool *marks;     /* that were found */
-    bool *asked;     /* of them: whether ways are shown */
+    bool *shown;     /* of them: whether ways are shown */
     bool *unknown;   /* that could not be evaluated */
     fsm_path *paths; /* by mark */
     bool *longer;    /* which need not be the shortest */
@@ -41,21 +41,22 @@ struct fsm_diagram {
     bool stopped; /* for good */
 };
 
-/* --- what is asked for -------------------------------------------------------------------------------- */
+/* --- options
+ * -------------------------------------------------------------------------------------- */
 
-static void read_marks(bool *asked, uint32_t count, const char *text)
+static void read_marks(bool *shown, uint32_t count, const char *text)
 {
     while (text != NULL && *text != '\0') {
         char *end;
         unsigned long mark = strtoul(text, &end, 10);
         if (end == text || mark >= count)
             return;
-        asked[mark] = true;
+        shown[mark] = true;
         text = *end == ',' ? end + 1 : end;
     }
 }
 
-/* Reads an order; machines that it leaves out come last. */
+/* Reads an order; missing machines come last. */
 static void read_order(fsm_diagram *self, const char *text)
 {
     uint32_t count = fsm_the_system.machine_count, placed = 0;
@@ -88,7 +89,7 @@ static bool keep_on(fsm_symbolic *symbolic)
     if (self->stopped)
         why = FSM_INTERRUPTED;
     else if (self->pause == NULL)
-        why = fsm_pace_ask(self->options->pace, progress);
+        why = fsm_pace_check(self->options->pace, progress);
     if (why != FSM_COMPLETE)
         fsm_symbolic_stop(symbolic, why);
     return symbolic->outcome == FSM_COMPLETE;
@@ -96,7 +97,7 @@ static bool keep_on(fsm_symbolic *symbolic)
 
 /* --- the search ------------------------------------------------------------------------------------------ */
 
-static bool begin_search(fsm_diagram *self, const uint32_t *order)
+static bool start_search(fsm_diagram *self, const uint32_t *order)
 {
     const fsm_diagram_options *o = self->options;
     fsm_symbolic_free(&self->symbolic);
@@ -118,7 +119,7 @@ static void evaluate_all(fsm_diagram *self)
     bool whole = symbolic->outcome == FSM_COMPLETE;
     self->marks[0] = self->figures.has_deadlock;
     for (uint32_t p = 0; p < fsm_the_system.property_count; p++) {
-        if (!self->asked[1 + p])
+        if (!self->shown[1 + p])
             continue;
         fsm_evaluated found = fsm_evaluate(symbolic, symbolic->root, p, false);
         self->marks[1 + p] = self->marks[1 + p] || found.found;
@@ -155,11 +156,11 @@ static bool race(fsm_diagram *self)
         double merits[RUNNERS];
         for (uint32_t i = 0; i < left && !won; i++) {
             memcpy(self->order, orders[i].machines, bytes);
-            if (!begin_search(self, self->order)) {
+            if (!start_search(self, self->order)) {
                 left = 0;
                 break;
             }
-            self->symbolic.most_made = left == 1 ? 0 : nodes;
+            self->symbolic.max_created = left == 1 ? 0 : nodes;
             fsm_symbolic_run(&self->symbolic, self->marks);
             won = !self->symbolic.ran_over;
             merits[i] = won ? 0 : merit(&self->symbolic);
@@ -180,11 +181,12 @@ static bool race(fsm_diagram *self)
             self->symbolic.outcome = FSM_COMPLETE;
     }
     fsm_free_orders(orders, count);
-    self->symbolic.most_made = 0; /* what is asked now has no such limit */
+    self->symbolic.max_created = 0; /* the current query has no such limit */
     return count > 0 && won;
 }
 
-/* --- all that is asked ------------------------------------------------------------------------------------------- */
+/* --- queries
+ * -------------------------------------------------------------------------------------- */
 
 static void find_traps(fsm_diagram *self)
 {
@@ -211,12 +213,12 @@ static void search(fsm_diagram *self)
 {
     bool found;
     if (!self->splits) {
-        found = begin_search(self, self->order);
+        found = start_search(self, self->order);
         if (found)
             fsm_symbolic_run(&self->symbolic, self->marks);
     } else if (self->options->order != NULL) {
         read_order(self, self->options->order);
-        found = begin_search(self, self->order);
+        found = start_search(self, self->order);
         if (found)
             fsm_symbolic_run(&self->symbolic, self->marks);
     } else {
@@ -262,8 +264,8 @@ void fsm_diagram_search(void *context)
 {
     fsm_diagram *self = context;
     search(self);
-    for (uint32_t wanted; (wanted = self->symbolic.wants_slots) != FSM_NONE && !self->stopped;) {
-        self->slots[wanted] = true;
+    for (uint32_t requested; (requested = self->symbolic.wants_slots) != FSM_NONE && !self->stopped;) {
+        self->slots[requested] = true;
         search_again(self);
     }
     bool failed = self->symbolic.outcome == FSM_MODEL_FAILED && has_parts(&self->symbolic);
@@ -312,12 +314,12 @@ void fsm_diagram_set_memory(fsm_diagram *self, size_t memory)
 
 enum { FEW_STATES = 2000000 }; /* of a search for ways that keeps each, before distances are tried */
 
-uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted)
+uint32_t fsm_diagram_requested(const fsm_diagram *self, bool *requested)
 {
     uint32_t count = 0;
     for (uint32_t mark = 0; mark < self->mark_count; mark++) {
-        wanted[mark] = self->asked[mark] && self->marks[mark] && self->paths[mark].count == 0;
-        count += wanted[mark];
+        requested[mark] = self->shown[mark] && self->marks[mark] && self->paths[mark].count == 0;
+        count += requested[mark];
     }
     return count;
 }
@@ -333,64 +335,64 @@ static uint32_t marked_states(fsm_diagram *self, uint32_t mark)
     return 0;
 }
 
-static void find_by_distances(fsm_diagram *self, const fsm_ways *ways, const bool *wanted)
+static void find_by_distances(fsm_diagram *self, const fsm_path_context *ways, const bool *requested)
 {
     fsm_symbolic *symbolic = &self->symbolic;
     for (uint32_t mark = 0; mark < self->mark_count && symbolic->outcome == FSM_COMPLETE; mark++) {
-        if (!wanted[mark])
+        if (!requested[mark])
             continue;
-        symbolic->most_made = symbolic->mdd.made + fsm_most_nodes_of_ways();
-        (void)fsm_way_by_distances(ways, marked_states(self, mark), &self->paths[mark]);
+        symbolic->max_created = symbolic->mdd.made + fsm_max_nodes_of_paths();
+        (void)fsm_path_by_distances(ways, marked_states(self, mark), &self->paths[mark]);
         symbolic->mdd.failed = false;
     }
-    symbolic->most_made = 0;
+    symbolic->max_created = 0;
 }
 
-static void find_by_approach(fsm_diagram *self, const fsm_ways *ways, const bool *wanted)
+static void find_by_approach(fsm_diagram *self, const fsm_path_context *ways, const bool *requested)
 {
     for (uint32_t mark = 0; mark < self->mark_count && self->symbolic.outcome == FSM_COMPLETE; mark++) {
-        if (!wanted[mark])
+        if (!requested[mark])
             continue;
         uint32_t set = marked_states(self, mark);
         size_t roots = self->symbolic.mdd.root_count;
-        self->longer[mark] = fsm_mdd_root(&self->symbolic.mdd, set) && fsm_way_by_approach(ways, set, &self->paths[mark]);
+        self->longer[mark] = fsm_mdd_root(&self->symbolic.mdd, set) && fsm_path_by_approach(ways, set, &self->paths[mark]);
         self->symbolic.mdd.root_count = roots;
         self->symbolic.mdd.failed = false;
     }
 }
 
-void fsm_diagram_find_ways(void *context)
+void fsm_diagram_find_paths(void *context)
 {
-    fsm_diagram_ways *all = context;
+    fsm_diagram_paths *all = context;
     fsm_diagram *self = all->diagram;
     const fsm_diagram_options *o = self->options;
     fsm_symbolic *symbolic = &self->symbolic;
-    fsm_ways ways = {symbolic, o->pace, o->memory / 2, fsm_as_many(FEW_STATES), o->sleepless};
+    fsm_path_context ways = {symbolic, o->pace, o->memory / 2, fsm_as_many(FEW_STATES), o->sleepless};
     const fsm_outcome outcome = symbolic->outcome; /* what was found stays, even if no time is left for ways */
-    bool *wanted = calloc(self->mark_count + 1u, sizeof *wanted);
-    if (wanted == NULL)
+    bool *requested = calloc(self->mark_count + 1u, sizeof *requested);
+    if (requested == NULL)
         return;
-    (void)fsm_diagram_wanted(self, wanted);
+    (void)fsm_diagram_requested(self, requested);
     if (all->search != NULL)
-        fsm_ways_of_search(all->search, wanted, self->paths);
+        fsm_paths_of_search(all->search, requested, self->paths);
     else
-        fsm_ways_to_marks(&ways, wanted, self->paths);
-    if (fsm_diagram_wanted(self, wanted) > 0)
-        find_by_distances(self, &ways, wanted);
-    ways.states = fsm_most_states_of_ways();
-    if (ways.states > 0 && fsm_diagram_wanted(self, wanted) > 0 && symbolic->outcome == FSM_COMPLETE)
-        fsm_ways_to_marks(&ways, wanted, self->paths);
-    if (fsm_diagram_wanted(self, wanted) > 0)
-        find_by_approach(self, &ways, wanted);
-    free(wanted);
+        fsm_paths_to_marks(&ways, requested, self->paths);
+    if (fsm_diagram_requested(self, requested) > 0)
+        find_by_distances(self, &ways, requested);
+    ways.states = fsm_max_states_of_paths();
+    if (ways.states > 0 && fsm_diagram_requested(self, requested) > 0 && symbolic->outcome == FSM_COMPLETE)
+        fsm_paths_to_marks(&ways, requested, self->paths);
+    if (fsm_diagram_requested(self, requested) > 0)
+        find_by_approach(self, &ways, requested);
+    free(requested);
     for (uint32_t i = 0; i < self->traps.count; i++) {
-        if (!fsm_way_by_distances(&ways, self->traps.sets[i], &self->to_traps[i]))
+        if (!fsm_path_by_distances(&ways, self->traps.sets[i], &self->to_traps[i]))
             self->to_traps[i].count = 0;
         symbolic->mdd.failed = false;
     }
     ways.states = fsm_as_many(FEW_STATES);
-    fsm_answers_find_ways(&self->answers, &ways);
-    if (self->busy.found && !fsm_way_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
+    fsm_answers_find_paths(&self->answers, &ways);
+    if (self->busy.found && !fsm_path_to_cycle(&ways, &self->busy, &self->to_cycle, &self->cycle))
         self->to_cycle.count = self->cycle.count = 0;
     symbolic->outcome = outcome;
 }
@@ -522,7 +524,7 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
     self->mark_count = composition->model.mark_count;
     self->order = malloc(fsm_the_system.machine_count * sizeof *self->order);
     self->marks = calloc(self->mark_count + 1u, sizeof *self->marks);
-    self->asked = calloc(self->mark_count + 1u, sizeof *self->asked);
+    self->shown = calloc(self->mark_count + 1u, sizeof *self->shown);
     self->unknown = calloc(self->mark_count + 1u, sizeof *self->unknown);
     self->paths = calloc(self->mark_count + 1u, sizeof *self->paths);
     self->longer = calloc(self->mark_count + 1u, sizeof *self->longer);
@@ -531,10 +533,10 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
         self->slots[i] = options->slots;
     bool fine = fsm_knowledge_init(&self->knowledge, composition) && self->slots != NULL;
     fine = fsm_answers_init(&self->answers, options->temporal, options->temporal_count, options->timeless) && fine;
-    if (fine && self->order != NULL && self->marks != NULL && self->asked != NULL && self->unknown != NULL && self->paths != NULL
+    if (fine && self->order != NULL && self->marks != NULL && self->shown != NULL && self->unknown != NULL && self->paths != NULL
         && self->longer != NULL) {
         fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
-        read_marks(self->asked, self->mark_count, options->ways);
+        read_marks(self->shown, self->mark_count, options->ways);
         return self;
     }
     fsm_diagram_free(self);
@@ -555,7 +557,7 @@ void fsm_diagram_free(fsm_diagram *self)
     fsm_symbolic_free(&self->symbolic);
     free(self->order);
     free(self->marks);
-    free(self->asked);
+    free(self->shown);
     free(self->unknown);
     free(self->paths);
     free(self->longer);
@@ -571,10 +573,10 @@ int fsm_diagram_explore(const fsm_diagram_options *options)
     double begin = fsm_seconds();
     fsm_composition *composition = fsm_compose(&fsm_the_system, options->memory / 2);
     fsm_diagram *self = composition == NULL ? NULL : fsm_diagram_make(options, composition, options->memory / 2, NULL, NULL);
-    fsm_diagram_ways ways = {self, NULL};
+    fsm_diagram_paths ways = {self, NULL};
     uint32_t levels = fsm_most_levels(&fsm_the_system);
     bool fine = self != NULL && fsm_on_stack(levels, fsm_diagram_search, self) && self->fine
-        && fsm_on_stack(levels, fsm_diagram_find_ways, &ways);
+        && fsm_on_stack(levels, fsm_diagram_find_paths, &ways);
     if (fine)
         fsm_diagram_print(self, begin);
     fsm_diagram_free(self);

@@ -1,5 +1,5 @@
-/* diagram.h: the explorer where states are kept as a diagram: its options, its search with all that is asked of the states, and
- * its result, which is as that of other searches. */
+/* diagram.h: the explorer with states in a diagram: its options, its search with all queries,
+ * and its result, which is the same as that of other searches. */
 #ifndef FSM_DIAGRAM_H
 #define FSM_DIAGRAM_H
 
@@ -10,11 +10,12 @@ typedef struct {
     fsm_pace *pace;
     bool livelock, traps;
     const char *order; /* machines, the highest first, separated by commas; NULL: one is sought */
-    const char *ways;  /* marks that are asked for, and to which ways are shown if they are found; NULL: none */
+    const char *ways;  /* requested marks, for which paths are shown if they are found; NULL:
+                        * none */
     bool sleepless;    /* see fsm_search */
     const char *const *temporal; /* options and what follows them, in pairs; all but `--within` are answered */
     uint32_t temporal_count;
-    bool timeless; /* see fsm_find_unanswered */
+    bool timeless; /* see fsm_find_violations */
     /* For tests: */
     bool slots;             /* each queue is levels from the start, if it can be */
     uint32_t cache_bits;    /* see fsm_mdd_init */
@@ -30,10 +31,10 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
                               void (*pause)(void *), void *context);
 void fsm_diagram_free(fsm_diagram *self);
 
-/* Finds all states and what is asked of them, but for ways. To be called by fsm_on_stack. */
+/* Finds all states and decides all queries, without paths. To be called by fsm_on_stack. */
 void fsm_diagram_search(void *self);
 
-/* How that ended; 0 steps: it has not begun. */
+/* Its outcome; 0 steps: it has not started. */
 fsm_outcome fsm_diagram_outcome(const fsm_diagram *self);
 uint64_t fsm_diagram_work(const fsm_diagram *self);
 void fsm_diagram_stop(fsm_diagram *self); /* soon, for good */
@@ -43,15 +44,16 @@ bool fsm_diagram_answers_all(const fsm_diagram *self); /* of temporal properties
 void fsm_diagram_set_memory(fsm_diagram *self, size_t memory);
 
 /* Which marks are still to be shown a way to; how many. */
-uint32_t fsm_diagram_wanted(const fsm_diagram *self, bool *wanted);
+uint32_t fsm_diagram_requested(const fsm_diagram *self, bool *requested);
 
-/* Takes ways from a search that has ended, which may be NULL, and looks for the others. To be called by fsm_on_stack. */
+/* Takes paths from a search that has ended, which may be NULL, and looks for the others. To be
+ * called by fsm_on_stack. */
 typedef struct {
     fsm_diagram *diagram;
     fsm_search *search;
-} fsm_diagram_ways;
+} fsm_diagram_paths;
 
-void fsm_diagram_find_ways(void *ways);
+void fsm_diagram_find_paths(void *ways);
 
 void fsm_diagram_print(const fsm_diagram *self, double begin);
 

@@ -149,7 +149,7 @@ static uint32_t evaluate_all(evaluating *self, uint32_t node)
         self->found = self->found || marked;
         return marked ? node : 0;
     }
-    size_t base = fsm_mdd_begin(mdd);
+    size_t base = fsm_mdd_start(mdd);
     for (uint32_t i = 0; i < fsm_mdd_at(mdd, node)->count && !self->failed; i++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(mdd, node)[i];
         self->values[level] = pair.value;
@@ -173,7 +173,7 @@ static uint32_t restrict_to(evaluating *self, uint32_t node, uint32_t to)
         return known->result;
     uint32_t level = fsm_mdd_at(mdd, node)->level;
     bool is_same = fsm_mdd_at(mdd, to)->level == level;
-    size_t base = fsm_mdd_begin(mdd);
+    size_t base = fsm_mdd_start(mdd);
     for (uint32_t i = 0; i < fsm_mdd_at(mdd, node)->count && !mdd->failed; i++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(mdd, node)[i];
         uint32_t other = is_same ? fsm_mdd_child(mdd, to, self->aspect[level][pair.value]) : to;
@@ -278,7 +278,7 @@ static uint32_t dead(dying *self, uint32_t node, uint32_t context, bool rest)
     if (known != NULL)
         return (uint32_t)*known;
     const fsm_carried *carried = &self->contexts.carried[level];
-    size_t base = fsm_mdd_begin(&s->mdd);
+    size_t base = fsm_mdd_start(&s->mdd);
     for (uint32_t n = 0; n < fsm_mdd_at(&s->mdd, node)->count && !self->failed; n++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(&s->mdd, node)[n];
         bool quiet = true, rests = rest;
@@ -349,7 +349,7 @@ uint32_t fsm_symbolic_single(fsm_symbolic *self, uint32_t set, const uint32_t *l
     while (node != 0 && fsm_mdd_at(mdd, node)->level > 0)
         node = fsm_mdd_child(mdd, node, fsm_symbolic_value(self, fsm_mdd_at(mdd, node)->level, locals));
     for (uint32_t level = 1; node != 0 && level <= self->level_count; level++) {
-        size_t base = fsm_mdd_begin(mdd);
+        size_t base = fsm_mdd_start(mdd);
         (void)fsm_mdd_push(mdd, fsm_symbolic_value(self, level, locals), node);
         node = fsm_mdd_make(mdd, level, base);
     }

@@ -9,13 +9,13 @@ typedef struct {
     bool known;            /* else there were too many combinations, or memory ran out */
     bool found;            /* some state is marked */
     uint64_t combinations; /* evaluated */
-    uint32_t marked;       /* the set of those that are, where it was asked for */
+    uint32_t marked;       /* the set of marked states, if requested */
 } fsm_evaluated;
 
 /* Which states of a set a property marks. `wants_set`: `marked` is made. */
 fsm_evaluated fsm_evaluate(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set);
 
-/* The states of a set in which nothing can ever happen again, though that is not meant. */
+/* The deadlocks of a set: nothing can ever happen again, and some machine is not at rest. */
 uint32_t fsm_dead_states(fsm_symbolic *self, uint32_t set);
 
 /* Whether a state, by machine, is in a set. */

@@ -31,7 +31,7 @@ typedef struct {
     uint32_t **flags;     /* by machine and local state: classes that are allowed where it is in it; 0: it never is */
     uint32_t *flag_room;
     uint32_t *queued;     /* by machine: most events that it keeps */
-    uint32_t *numbers[2]; /* of the level at hand, and of the one below */
+    uint32_t *numbers[2]; /* of the current level, and of the one below */
     size_t width[2];
     size_t used[2][SUMS]; /* digits, in the longest number of each kind */
 } counting;
@@ -111,7 +111,8 @@ static bool note_local(counting *self, uint32_t machine, uint32_t local, uint32_
     return true;
 }
 
-/* What a value of a level, with all that is above, adds: machines of which it is the lowest level are known as a whole. */
+/* The contribution of a value of a level, with all levels above: machines of which it is the
+ * lowest level are known as a whole. */
 static bool count_pair(counting *self, uint32_t level, uint32_t place, fsm_mdd_pair pair, uint32_t below)
 {
     fsm_symbolic *s = self->symbolic;
@@ -147,7 +148,7 @@ static bool count_pair(counting *self, uint32_t level, uint32_t place, fsm_mdd_p
     return true;
 }
 
-/* Finds out how long the numbers of the level at hand are. */
+/* Computes the length of the numbers of the current level. */
 static void end_level(counting *self, uint32_t nodes)
 {
     for (uint32_t sum = 0; sum < SUMS; sum++) {
@@ -162,7 +163,7 @@ static void end_level(counting *self, uint32_t nodes)
     }
 }
 
-static bool begin_level(counting *self, uint32_t nodes, uint32_t level)
+static bool start_level(counting *self, uint32_t nodes, uint32_t level)
 {
     size_t longest = 0;
     uint32_t bits = 1, values = level == 0 ? 1 : self->symbolic->levels[level].confirmed_count;
@@ -183,7 +184,7 @@ static bool count_terminals(counting *self)
 {
     fsm_symbolic *s = self->symbolic;
     const places *at = &self->levels[0];
-    if (!begin_level(self, at->count, 0))
+    if (!start_level(self, at->count, 0))
         return false;
     for (uint32_t place = 0; place < at->count; place++) {
         fsm_waiting waiting = s->terminals[fsm_mdd_at(&s->mdd, at->nodes[place])->first];
@@ -204,7 +205,7 @@ static bool count_all(counting *self)
     for (uint32_t level = 1; level <= s->level_count; level++) {
         const places *at = &self->levels[level];
         uint32_t edge = 0;
-        if (!begin_level(self, at->count, level))
+        if (!start_level(self, at->count, level))
             return false;
         for (uint32_t place = 0; place < at->count; place++)
             for (uint32_t n = 0; n < fsm_mdd_at(&s->mdd, at->nodes[place])->count; n++) {
@@ -241,7 +242,7 @@ static bool read_root(counting *self, fsm_figures *found)
 
 /* --- what can be taken ------------------------------------------------------------------------------------ */
 
-static void cover(const fsm_symbolic *symbolic, uint32_t machine, const fsm_ran *ran, fsm_figures *self, bool *marks)
+static void cover(const fsm_symbolic *symbolic, uint32_t machine, const fsm_executed *ran, fsm_figures *self, bool *marks)
 {
     uint32_t count, first = symbolic->composition->first_marks[machine];
     const uint32_t *seen = fsm_lists_at(&symbolic->knowledge->lists, ran->seen, &count);
@@ -257,7 +258,7 @@ static void cover(const fsm_symbolic *symbolic, uint32_t machine, const fsm_ran 
 static void look_at_local(const fsm_symbolic *symbolic, uint32_t machine, uint32_t local, uint32_t flags, fsm_figures *self,
                           bool *marks)
 {
-    const fsm_local_ran *ran = fsm_knowledge_at(symbolic->knowledge, machine, local);
+    const fsm_executed_steps *ran = fsm_knowledge_at(symbolic->knowledge, machine, local);
     const fsm_view *view = &fsm_info(symbolic->composition, machine, local)->view;
     fsm_bounds *bounds = &self->bounds[machine];
     self->locals[machine]++;
@@ -338,7 +339,7 @@ bool fsm_figures_find(fsm_symbolic *symbolic, fsm_figures *self, bool *marks)
     all.queued = calloc(machines, sizeof *all.queued);
     bool fine = begin(symbolic, self) && nodes != NULL && all.flags != NULL && all.flag_room != NULL && all.queued != NULL;
     if (fine && symbolic->root == 0)
-        fine = begin_level(&all, 1, 0) && read_root(&all, self); /* nothing was found */
+        fine = start_level(&all, 1, 0) && read_root(&all, self); /* nothing was found */
     else if (fine)
         fine = count_all(&all) && read_root(&all, self);
     if (fine)

@@ -93,7 +93,7 @@ static bool add_notes(fsm_knowledge *self, uint32_t machine, uint32_t first, uin
 }
 
 /* Finds out steps, and keeps apart what runs: it counts as covered only where they can be taken. */
-static bool find_part(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open, fsm_ran *ran)
+static bool find_part(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open, fsm_executed *ran)
 {
     fsm_composition *c = self->composition;
     const fsm_machine_info *info = c->system->machines[machine]->info;
@@ -122,28 +122,28 @@ static bool find_part(fsm_knowledge *self, uint32_t machine, uint32_t local, boo
 
 bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open)
 {
-    fsm_ran ran = {0, 0, 0};
+    fsm_executed ran = {0, 0, 0};
     if (!make_room(self, machine, local))
         return false;
-    const fsm_local_ran *known = &self->locals[machine][local];
+    const fsm_executed_steps *known = &self->locals[machine][local];
     if (open ? known->open_known : known->own_known)
         return true;
     if (!find_part(self, machine, local, open, &ran))
         return false;
-    fsm_local_ran *found = &self->locals[machine][local];
+    fsm_executed_steps *found = &self->locals[machine][local];
     *(open ? &found->open : &found->own) = ran;
     *(open ? &found->open_known : &found->own_known) = true;
     return true;
 }
 
-/* For who asks since the steps can be taken. */
+/* For callers that have found the steps possible. */
 static bool know(fsm_composition *c, uint32_t machine, uint32_t local, bool open)
 {
     fsm_knowledge *self = c->knowledge;
     uint32_t count;
     if (!fsm_knowledge_find(self, machine, local, open))
         return false;
-    const fsm_ran *ran = open ? &self->locals[machine][local].open : &self->locals[machine][local].own;
+    const fsm_executed *ran = open ? &self->locals[machine][local].open : &self->locals[machine][local].own;
     const uint32_t *seen = fsm_lists_at(&self->lists, ran->seen, &count);
     for (uint32_t i = 0; i < count; i++)
         (seen[i] % 2 == 0 ? c->states_seen : c->transitions_seen)[machine][seen[i] / 2] = 1;

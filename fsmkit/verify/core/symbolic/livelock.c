@@ -10,8 +10,8 @@
 /* --- steps that can be in a cycle at all ----------------------------------------------------------------
  *
  * In a cycle each machine comes back to where it was. So a step in it leads within a strongly connected component of the graph of
- * its machine, whose edges are internal steps and what comes of those of other machines. Steps that do not are left out,
- * and with them what they send, until nothing changes. Mostly nothing is left. */
+ * its machine, whose edges are internal steps and effects of those of other machines. Other steps are removed,
+ * and with them their messages, until nothing changes. Mostly nothing is left. */
 
 typedef struct {
     uint32_t machine, from, to, number; /* of the step in the composition, or of a slot step: see fsm_counts_step */
@@ -61,7 +61,7 @@ static bool add_step(filter *self, inner_step step)
     return true;
 }
 
-/* Of a machine that is split its steps for each value of what it shares count, without what they ask of the values: too many. */
+/* Of a machine that is split its steps for each value of what it shares count, without their conditions on the values: too many. */
 static bool find_split_steps(filter *self, uint32_t machine, uint32_t base)
 {
     fsm_symbolic *symbolic = self->symbolic;
@@ -236,7 +236,7 @@ static void find_components(filter *self, uint32_t values)
     }
 }
 
-/* Leaves out steps of a machine that lead elsewhere; whether some were. */
+/* Removes steps of a machine that lead elsewhere; returns whether there were some. */
 static bool filter_machine(filter *self, uint32_t level)
 {
     bool changed = false;

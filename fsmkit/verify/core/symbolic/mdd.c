@@ -224,7 +224,7 @@ void fsm_mdd_free(fsm_mdd *self)
 
 /* --- nodes ------------------------------------------------------------------------------------------ */
 
-/* A place for a node; 0 if there is none. */
+/* A place for a node; 0 if memory ran out. */
 static uint32_t new_node(fsm_mdd *self)
 {
     uint32_t place = 0;
@@ -234,7 +234,7 @@ static uint32_t new_node(fsm_mdd *self)
         place = self->node_count++;
     if (place != 0) {
         self->made++;
-        self->made_since++;
+        self->created_since++;
         if (fsm_mdd_live(self) > self->peak)
             self->peak = fsm_mdd_live(self);
     }
@@ -342,7 +342,7 @@ static bool grow_buffer(fsm_mdd *self, fsm_mdd_buffer *buffer, uint32_t least)
     memset(buffer->children + old, 0, (room - old) * sizeof *buffer->children);
     memset(queued + old, 0, room - old);
     for (uint32_t i = 0; i < buffer->queue_first && buffer->queue_first + buffer->queue_count > old; i++)
-        buffer->queue[old + i] = buffer->queue[i]; /* what went on at its beginning */
+        buffer->queue[old + i] = buffer->queue[i]; /* the rest at its start */
     buffer->queued = queued;
     buffer->room = room;
     self->buffer_bytes += (size_t)(room - old) * EACH;
@@ -407,7 +407,7 @@ static void sort(uint32_t *values, uint32_t count)
 
 uint32_t fsm_mdd_finish(fsm_mdd *self, fsm_mdd_buffer *buffer)
 {
-    size_t base = fsm_mdd_begin(self);
+    size_t base = fsm_mdd_start(self);
     bool fine = true;
     if (buffer->used_count >= buffer->room / DENSE) {
         for (uint32_t value = 0; value < buffer->room; value++)
@@ -448,7 +448,7 @@ uint32_t fsm_mdd_union(fsm_mdd *self, uint32_t a, uint32_t b)
     const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->unions, a, b, 0);
     if (fsm_mdd_knows(known, a, b, 0))
         return known->result;
-    size_t base = fsm_mdd_begin(self);
+    size_t base = fsm_mdd_start(self);
     uint32_t x = 0, y = 0, level = self->nodes[a].level;
     while (x < self->nodes[a].count || y < self->nodes[b].count) {
         fsm_mdd_pair p = {UINT32_MAX, 0}, q = {UINT32_MAX, 0};
@@ -477,14 +477,14 @@ static uint32_t combine(fsm_mdd *self, uint32_t what, uint32_t a, uint32_t b)
         return 0;
     if (b == 0)
         return a;
-    if (a == b || self->nodes[b].level == 0) /* all that is left of `a` is in `b` */
+    if (a == b || self->nodes[b].level == 0) /* the rest of `a` is in `b` */
         return what == INTERSECTION ? a : 0;
     if (self->failed)
         return 0;
     const fsm_mdd_entry *known = fsm_mdd_entry_of(&self->others, a, b, what);
     if (fsm_mdd_knows(known, a, b, what))
         return known->result;
-    size_t base = fsm_mdd_begin(self);
+    size_t base = fsm_mdd_start(self);
     uint32_t level = self->nodes[a].level;
     bool is_same = self->nodes[b].level == level; /* else `b` leaves the level out */
     for (uint32_t x = 0, y = 0; x < self->nodes[a].count; x++) {
@@ -677,7 +677,7 @@ static void compact(fsm_mdd *self, uint64_t *places)
 
 void fsm_mdd_collect(fsm_mdd *self)
 {
-    self->made_since = 0;
+    self->created_since = 0;
     self->live_after = fsm_mdd_live(self);
     unsigned char *live = calloc(self->node_count, 1);
     uint64_t *room = malloc(self->node_count * sizeof *room);

@@ -4,8 +4,8 @@
  * somewhere are kept, sorted, with where they lead. Equal nodes are one, so equal sets have equal numbers. Level 0 has the
  * terminals, which are made by whoever uses the diagrams; each holds a number. Node 0 is the empty set, at every level.
  *
- * Nodes are made of buffers, which hold a node while it grows. Garbage is collected only when asked for: what is kept then is
- * all that can be reached from buffers in use, from what was pushed on the stack of roots, and from the terminals. */
+ * Nodes are made of buffers, which hold a node while it grows. Garbage is collected only on request: then everything remains
+ * that can be reached from buffers in use, from what was pushed on the stack of roots, and from the terminals. */
 #ifndef FSM_MDD_H
 #define FSM_MDD_H
 
@@ -73,7 +73,7 @@ struct fsm_mdd {
     size_t allocations;     /* so far */
     size_t fail_at;         /* for tests: the allocation from which on all fail; 0: none */
     uint32_t collect_every; /* nodes that are made at least before garbage is collected again */
-    uint32_t made_since, live_after, peak;
+    uint32_t created_since, live_after, peak;
     uint64_t made, collections;
     bool failed; /* memory ran out; what was made before is there */
 };
@@ -106,7 +106,7 @@ static inline const fsm_mdd_pair *fsm_mdd_pairs(const fsm_mdd *self, uint32_t no
 uint32_t fsm_mdd_child(const fsm_mdd *self, uint32_t node, uint32_t value);
 
 /* --- nodes of values in order: push them, then make the node of those from `base` on */
-static inline size_t fsm_mdd_begin(const fsm_mdd *self)
+static inline size_t fsm_mdd_start(const fsm_mdd *self)
 {
     return self->scratch_count;
 }
@@ -137,7 +137,7 @@ static inline bool fsm_mdd_next_changed(fsm_mdd_buffer *buffer, uint32_t *value)
     return true;
 }
 
-/* --- sets. In a product and a difference, levels that a set leaves out count as if each value led on. */
+/* --- sets. In a product and a difference, skipped levels of a set count as if each value led on. */
 uint32_t fsm_mdd_union(fsm_mdd *self, uint32_t a, uint32_t b);
 uint32_t fsm_mdd_intersection(fsm_mdd *self, uint32_t a, uint32_t b);
 uint32_t fsm_mdd_difference(fsm_mdd *self, uint32_t a, uint32_t b);
@@ -166,7 +166,7 @@ static inline void fsm_mdd_unroot(fsm_mdd *self, size_t count)
 
 static inline bool fsm_mdd_is_full(const fsm_mdd *self)
 {
-    return self->made_since >= self->collect_every && self->made_since >= 2 * (uint64_t)self->live_after;
+    return self->created_since >= self->collect_every && self->created_since >= 2 * (uint64_t)self->live_after;
 }
 
 void fsm_mdd_collect(fsm_mdd *self);

@@ -6,13 +6,13 @@
 enum {
     MOST_STARTS = 200,
     MOST_ROUNDS = 60,
-    PATIENCE = 8,        /* rounds without a better order before a start is given up */
+    MAX_WAIT = 8,        /* rounds without a better order before a start is given up */
     WORK = 20 << 20,     /* ends of wires looked at, about, in all starts */
     FEW_MACHINES = 96,   /* for which all exchanges of two are tried */
     MANY_MACHINES = 2048 /* from which on only the order of the file is improved */
 };
 
-/* A machine and all that something it sends goes to: ends from one place on. */
+/* A machine and all receivers of one of its messages: ends from one index on. */
 typedef struct {
     uint32_t first, count;
     double weight;
@@ -34,7 +34,7 @@ typedef struct {
     uint32_t target;
 } wire;
 
-static int by_begin(const void *a, const void *b)
+static int by_start(const void *a, const void *b)
 {
     const wire *x = a, *y = b;
     return x->from != y->from ? (x->from > y->from) - (x->from < y->from) : (x->target > y->target) - (x->target < y->target);
@@ -70,7 +70,7 @@ static bool find_edges(ordering *self)
         wires[count++] = (wire){(uint64_t)link->source << 32 | link->output << 1 | 1, link->target};
     }
     if (fine)
-        qsort(wires, count, sizeof *wires, by_begin);
+        qsort(wires, count, sizeof *wires, by_start);
     for (uint32_t first = 0, end; first < count; first = end) {
         for (end = first; end < count && wires[end].from == wires[first].from; end++)
             ;
@@ -138,7 +138,7 @@ static void move_all(ordering *self, pulled *sorted)
         self->place[sorted[i].machine] = i;
 }
 
-/* Exchanges of two that make it better, until there is none. */
+/* Exchanges two machines as long as that improves the order. */
 static double exchange(ordering *self, uint32_t *place, double cost)
 {
     uint32_t count = self->system->machine_count;
@@ -168,7 +168,7 @@ static double force(ordering *self, pulled *sorted)
     size_t bytes = self->system->machine_count * sizeof *self->place;
     double best = cost_of(self, self->place);
     memcpy(self->best, self->place, bytes);
-    for (uint32_t round = 0, since = 0; round < MOST_ROUNDS && since < PATIENCE; round++, since++) {
+    for (uint32_t round = 0, since = 0; round < MOST_ROUNDS && since < MAX_WAIT; round++, since++) {
         move_all(self, sorted);
         double cost = cost_of(self, self->place);
         if (cost < best - 1e-9) {

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The steps of a machine for all values of what it shares, put together to few events. Steps that lead to the same local state and
+/* The steps of a machine for all values of its shared data, put together to few events. Steps that lead to the same local state and
  * send the same form a set of changes of the variables, from some values to others. This is divided into products: of each
  * variable a set of pairs, before and after. What a step neither reads nor changes goes from each value to itself, so
  * the event does not touch it. */
@@ -172,7 +172,7 @@ static bool make_event(dividing *self, const effect *what, const uint32_t *pairs
     const uint32_t *messages = fsm_lists_at(&s->sent, what->sent, &count);
     if (!fsm_symbolic_make_room(s, FSM_KEY_HEAD + 2u * (size_t)self->split->count + count))
         return false;
-    fsm_symbolic_begin_key(s, self->machine, (fsm_class)what->class, 0, 0, what->label);
+    fsm_symbolic_start_key(s, self->machine, (fsm_class)what->class, 0, 0, what->label);
     for (uint32_t place = 0; place < self->split->count; place++) {
         if (is_untouched(self, place, pairs[place]))
             continue;

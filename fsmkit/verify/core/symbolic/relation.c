@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ASK_EVERY = 1 << 14 };
+enum { CHECK_EVERY = 1 << 14 };
 
 /* --- making one ------------------------------------------------------------------------------------- */
 
@@ -52,7 +52,7 @@ static bool add_clock_pairs(fsm_relation *self, fsm_relation_part *part, uint32_
 }
 
 /* The pairs of an event at each level; at that of its mover only if all steps count. */
-static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
+static bool start_event(fsm_relation *self, const fsm_event *event, bool all)
 {
     fsm_relation_event *made = &self->events[event->number];
     if (made->parts != NULL)
@@ -88,7 +88,7 @@ static bool begin_event(fsm_relation *self, const fsm_event *event, bool all)
 static bool add_own_pair(fsm_relation *self, const fsm_event *event, uint32_t from, uint32_t to)
 {
     uint32_t at = 0;
-    if (!begin_event(self, event, false))
+    if (!start_event(self, event, false))
         return false;
     while (event->touches[at].level != self->symbolic->level_of[event->mover])
         at++;
@@ -119,7 +119,7 @@ static bool add_machine(fsm_relation *self, uint32_t level, fsm_counts_step *cou
 {
     fsm_symbolic *symbolic = self->symbolic;
     const fsm_level *at = &symbolic->levels[level];
-    bool skipped = !fsm_level_is_whole(at) || fsm_symbolic_is_split(symbolic, at->machine) /* no step of these is asked for by itself */
+    bool skipped = !fsm_level_is_whole(at) || fsm_symbolic_is_split(symbolic, at->machine) /* no step of these is requested separately */
         || fsm_symbolic_has_slots(symbolic, at->machine);
     for (uint32_t value = 0; !skipped && value < at->room; value++) {
         if (!at->confirmed[value])
@@ -224,7 +224,7 @@ bool fsm_relation_make(fsm_relation *self, fsm_symbolic *symbolic, bool backward
     for (uint32_t level = 1; fine && counts != NULL && level <= symbolic->level_count; level++)
         fine = add_machine(self, level, counts, context);
     for (uint32_t n = 1; fine && counts == NULL && n <= symbolic->event_count; n++)
-        fine = symbolic->events[n]->class == FSM_CLASS_TIME || begin_event(self, symbolic->events[n], true);
+        fine = symbolic->events[n]->class == FSM_CLASS_TIME || start_event(self, symbolic->events[n], true);
     fine = fine && (counts != NULL || symbolic->system->unit == 0 || add_time(self)) && finish(self);
     begin(self, false); /* what is known of another relation is no more right */
     if (fine)
@@ -268,17 +268,17 @@ static bool is_on(fsm_relation *self)
     fsm_symbolic *symbolic = self->symbolic;
     if (symbolic->mdd.failed || symbolic->outcome != FSM_COMPLETE)
         return false;
-    if (++symbolic->fires - symbolic->asked_at < ASK_EVERY)
+    if (++symbolic->fires - symbolic->checked_at < CHECK_EVERY)
         return true;
-    symbolic->asked_at = symbolic->fires;
-    if (symbolic->most_made > 0 && symbolic->mdd.made > symbolic->most_made)
+    symbolic->checked_at = symbolic->fires;
+    if (symbolic->max_created > 0 && symbolic->mdd.made > symbolic->max_created)
         symbolic->mdd.failed = true;
     if (symbolic->keep_on != NULL && !symbolic->keep_on(symbolic))
         symbolic->mdd.failed = true;
     return !symbolic->mdd.failed;
 }
 
-/* What is carried below a pair of a machine or a variable, and how many parts are left out there. What counts is the state before,
+/* What is carried below a pair of a machine or a variable, and how many parts are omitted there. The state before counts,
  * which is the given value or that which it leads to. */
 static carried carry(fsm_relation *self, const fsm_relation_event *event, const fsm_relation_part *part, fsm_relation_pair pair,
                      carried down, uint32_t *left_out)
@@ -457,7 +457,8 @@ static uint32_t apply(fsm_relation *self, uint32_t number, uint32_t at, uint32_t
     return made;
 }
 
-/* --- from outside ---------------------------------------------------------------------------------------- */
+/* --- external events
+ * -------------------------------------------------------------------------------- */
 
 uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound)
 {
@@ -491,7 +492,7 @@ uint32_t fsm_relation_step_by(fsm_relation *self, uint32_t first, uint32_t last,
 
 static const uint32_t CLOSED = UINT32_MAX; /* no event has this key */
 
-/* The closure of a set within a bound, both of one level, by events that begin not above it. */
+/* The closure of a set within a bound, both of one level, by events that start at or below it. */
 static uint32_t close(fsm_relation *self, uint32_t set, uint32_t bound)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;

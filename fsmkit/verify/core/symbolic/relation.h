@@ -1,7 +1,7 @@
 /* relation.h: what steps do between states that are known: one step forwards or backwards, or any number of them, within a
  * set.
  *
- * The set that bounds the result tells how many events wait in its states, so this need not be followed here. */
+ * The set that bounds the result determines how many events wait in its states, so this need not be followed here. */
 #ifndef FSM_RELATION_H
 #define FSM_RELATION_H
 
@@ -12,7 +12,7 @@ typedef struct {
 } fsm_relation_pair;
 
 /* At one level: pairs of values, sorted; `first` of them for each value. At a machine whose queue is levels, and at each of these:
- * the touch, whose change goes through them; where `is_slot`, there are no pairs. Of the passing of time it is NULL. */
+ * the touch, whose change goes through them; where `is_slot`, there are no pairs. For the passing of time it is NULL. */
 typedef struct {
     uint32_t level, count, room;
     const fsm_touch *touch;

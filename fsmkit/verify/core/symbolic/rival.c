@@ -10,12 +10,13 @@
 #include <string.h>
 
 enum {
-    DEARER = 4, /* a step of the search is as dear as so many events applied to nodes */
+    DEARER = 4, /* a step of the search costs as much as so many events applied to nodes */
     AT_ONCE = 1 << 20, /* events between two questions whether there is time */
-    FEWER = 16  /* the part of the states that count as many, where the diagram may begin after the search */
+    FEWER = 16  /* the part of the counted states after which the diagram may start after the
+                 * search */
 };
 
-typedef enum { NOT_BEGUN, PAUSED, RUNNING, ENDED, DROPPED } phase;
+typedef enum { NOT_STARTED, PAUSED, RUNNING, ENDED, DROPPED } phase;
 
 struct fsm_rival {
     fsm_search *search;
@@ -115,7 +116,7 @@ static bool begin(fsm_rival *self, size_t memory)
 
 static void drop(fsm_rival *self)
 {
-    if (self->phase == NOT_BEGUN || self->phase == DROPPED)
+    if (self->phase == NOT_STARTED || self->phase == DROPPED)
         return;
     if (self->phase == PAUSED) {
         self->abandoned = true;
@@ -141,7 +142,7 @@ static bool has_answer(const fsm_rival *self)
         && fsm_diagram_answers_all(self->diagram);
 }
 
-/* Whether most local states of a machine differ by what waits in its queue, and there are many already. These are dearer to
+/* Whether most local states of a machine differ by what waits in its queue, and there are many already. These cost more to
  * find than states of a system, and do not end soon; as levels, slots of a queue are cheap. */
 static bool has_long_queue(fsm_rival *self)
 {
@@ -162,7 +163,7 @@ static bool has_long_queue(fsm_rival *self)
     return found;
 }
 
-static bool is_to_begin(fsm_rival *self)
+static bool is_to_start(fsm_rival *self)
 {
     return self->search->passed.count >= self->from || has_long_queue(self);
 }
@@ -172,11 +173,11 @@ static bool keep_on(fsm_search *search)
     fsm_rival *self = at_hand;
     if (!fsm_keep_pace(search))
         return false;
-    if (self->phase == DROPPED || (self->phase == NOT_BEGUN && !is_to_begin(self)))
+    if (self->phase == DROPPED || (self->phase == NOT_STARTED && !is_to_start(self)))
         return true;
     self->allowed += DEARER * (search->transitions - self->transitions);
     self->transitions = search->transitions;
-    if (self->phase == NOT_BEGUN) {
+    if (self->phase == NOT_STARTED) {
         search->memory_limit = self->memory / 4 * 3;
         self->allowed = 0;
         (void)begin(self, self->memory / 4);
@@ -200,7 +201,7 @@ fsm_rival *fsm_rival_join(fsm_search *search, fsm_composition *composition, cons
     if (self == NULL)
         return NULL;
     *self = (fsm_rival){.search = search, .composition = composition, .options = options, .from = from,
-                        .memory = search->memory_limit, .phase = NOT_BEGUN};
+                        .memory = search->memory_limit, .phase = NOT_STARTED};
     (void)pthread_mutex_init(&self->mutex, NULL);
     (void)pthread_cond_init(&self->changed, NULL);
     at_hand = self;
@@ -214,7 +215,7 @@ static bool has_time(fsm_rival *self)
 {
     const fsm_search *search = self->search;
     const fsm_progress progress = {search->expanded, search->transitions, search->depth, 0};
-    return fsm_pace_ask(self->options->pace, progress) == FSM_COMPLETE;
+    return fsm_pace_check(self->options->pace, progress) == FSM_COMPLETE;
 }
 
 /* The search knows all states, but not whether there are fair runs without an answer. Each such question takes passes over all
@@ -227,7 +228,7 @@ static void catch_up(fsm_rival *self)
         passes += strcmp(self->options->temporal[2 * i], "--leads-to") == 0;
     if (passes == 0 || search->passed.count < self->from / FEWER)
         return;
-    if (self->phase == NOT_BEGUN && begin(self, self->memory / 4))
+    if (self->phase == NOT_STARTED && begin(self, self->memory / 4))
         await_phase(self, false);
     const uint64_t most = self->allowed + DEARER * passes * search->transitions;
     while (self->phase == PAUSED && self->allowed < most && has_time(self)) {
@@ -237,10 +238,10 @@ static void catch_up(fsm_rival *self)
     self->answered = self->phase == ENDED && has_answer(self);
 }
 
-bool fsm_rival_wins(fsm_rival *self, double begun)
+bool fsm_rival_wins(fsm_rival *self, double started)
 {
     fsm_search *search = self->search;
-    fsm_diagram_ways ways = {NULL, search};
+    fsm_diagram_paths ways = {NULL, search};
     if (!self->answered && search->outcome == FSM_COMPLETE)
         catch_up(self);
     if (!self->answered && search->outcome != FSM_OUT_OF_MEMORY) {
@@ -249,7 +250,7 @@ bool fsm_rival_wins(fsm_rival *self, double begun)
     }
     if (!self->answered) { /* the search has no more memory: the diagram goes on alone */
         fsm_search_forget(search);
-        if (self->phase == NOT_BEGUN || self->phase == DROPPED)
+        if (self->phase == NOT_STARTED || self->phase == DROPPED)
             (void)begin(self, self->memory / 2);
         else
             fsm_diagram_set_memory(self->diagram, self->memory / 2);
@@ -266,8 +267,8 @@ bool fsm_rival_wins(fsm_rival *self, double begun)
     }
     ways.diagram = self->diagram;
     fsm_diagram_go_alone(self->diagram);
-    (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), fsm_diagram_find_ways, &ways);
-    fsm_diagram_print(self->diagram, begun);
+    (void)fsm_on_stack(fsm_most_levels(&fsm_the_system), fsm_diagram_find_paths, &ways);
+    fsm_diagram_print(self->diagram, started);
     return true;
 }
 

@@ -5,7 +5,7 @@
 #include <limits.h>
 #include <pthread.h>
 
-enum { ASK_EVERY = 4096 /* events applied between two calls of `keep_on` */ };
+enum { CHECK_EVERY = 4096 /* events applied between two calls of `keep_on` */ };
 
 static uint32_t fire(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t node, uint32_t level, uint32_t change);
 
@@ -15,10 +15,10 @@ static bool is_on(fsm_symbolic *self)
         fsm_symbolic_stop(self, FSM_OUT_OF_MEMORY);
     if (self->outcome != FSM_COMPLETE)
         return false;
-    if (self->fires - self->asked_at < ASK_EVERY)
+    if (self->fires - self->checked_at < CHECK_EVERY)
         return true;
-    self->asked_at = self->fires;
-    if (self->most_made > 0 && self->mdd.made > self->most_made) {
+    self->checked_at = self->fires;
+    if (self->max_created > 0 && self->mdd.made > self->max_created) {
         self->ran_over = true;
         fsm_symbolic_stop(self, FSM_DECIDED);
     } else if (fsm_symbolic_bytes(self) > self->mdd.limit) {
@@ -122,7 +122,7 @@ static bool pass_time(fsm_symbolic *self, fsm_event *event, uint32_t level, uint
     return join_next(self, event, 0, level, next, child, carried, buffer, &fired);
 }
 
-/* Adds all that an event makes of the states in which a value of this level leads to `child`. */
+/* Adds all successors by an event of the states in which a value of this level leads to `child`. */
 static bool add_all(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t value, uint32_t child,
                     uint32_t change, fsm_mdd_buffer *buffer)
 {
@@ -305,7 +305,7 @@ typedef struct {
     void *context;
 } call;
 
-static void *begin_call(void *context)
+static void *start_call(void *context)
 {
     const call *self = context;
     self->what(self->context);
@@ -321,7 +321,7 @@ bool fsm_on_stack(uint32_t levels, void (*what)(void *), void *context)
     if (pthread_attr_init(&kind) != 0)
         return false;
     bool fine = pthread_attr_setstacksize(&kind, LEAST + (size_t)levels * EACH) == 0
-        && pthread_create(&thread, &kind, begin_call, &self) == 0;
+        && pthread_create(&thread, &kind, start_call, &self) == 0;
     (void)pthread_attr_destroy(&kind);
     return fine && pthread_join(thread, NULL) == 0;
 }

@@ -19,7 +19,7 @@ typedef struct {
     uint32_t count;
     uint32_t *variables, *slots; /* numbers of variables, and among those that the machine shares */
     uint32_t combinations;       /* of values */
-    uint32_t *bases, base_room;  /* by local state: its base, plus one; 0: not asked yet */
+    uint32_t *bases, base_room;  /* by local state: its base, plus one; 0: not requested yet */
 } fsm_split_machine;
 
 typedef struct {

@@ -363,7 +363,7 @@ static fsm_touch *own_touch(const fsm_symbolic *self, const fsm_event *event)
     return touch;
 }
 
-/* Adds to the row of a value, which is the last one that was begun. */
+/* Adds to the row of a value, which is the last one that was started. */
 bool fsm_symbolic_add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t value, uint32_t next)
 {
     fsm_touch *touch = own_touch(self, event);
@@ -419,7 +419,7 @@ uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, b
 uint32_t fsm_symbolic_first_phase(const fsm_symbolic *self, const fsm_touch *touch, uint32_t value)
 {
     uint32_t machine = self->levels[touch->level].machine;
-    return touch->change != 0 && fsm_info(self->composition, machine, value)->view.running ? FSM_PHASE_BEGIN : FSM_PHASE_DONE;
+    return touch->change != 0 && fsm_info(self->composition, machine, value)->view.running ? FSM_PHASE_START : FSM_PHASE_DONE;
 }
 
 bool fsm_symbolic_add_slot_step(fsm_symbolic *self, fsm_slot_step step)
@@ -488,7 +488,7 @@ bool fsm_symbolic_step(fsm_symbolic *self, uint32_t machine, uint32_t local, fsm
     bool is_still = *next == local && length == FSM_KEY_HEAD && step.kind != FSM_STEP_INTERNAL; /* else it is a livelock */
     if (is_still && !self->keeps_actions)
         return true;
-    fsm_symbolic_begin_key(self, machine, class, 0, 0, fsm_symbolic_label(self, machine, local, &step, is_still));
+    fsm_symbolic_start_key(self, machine, class, 0, 0, fsm_symbolic_label(self, machine, local, &step, is_still));
     *event = fsm_symbolic_event(self, self->buffer, length);
     return *event != NULL;
 }
@@ -595,7 +595,7 @@ uint32_t fsm_symbolic_local(fsm_symbolic *self, uint32_t machine, const uint32_t
 
 /* --- making one --------------------------------------------------------------------------------------------- */
 
-/* What the terminals have to tell: each number only if some rule asks for it. */
+/* The numbers in the terminals: each only if some rule needs it. */
 static void choose_counts(fsm_symbolic *self)
 {
     const fsm_system *system = self->system;

@@ -7,7 +7,7 @@
  * sends to by what a message does there, slots of queues by a change that goes through them, and no other level.
  *
  * Which steps may be taken depends on events that wait (system_model.h): those of monitors, those of machines of the environment,
- * all. These numbers are a function of the state. They stand in the terminals, as far as the system asks for them; an event
+ * all. These numbers are a function of the state. They are in the terminals, as far as the system needs them; an event
  * carries down by how much it changes them. So each node knows for each class of steps whether some state below allows it,
  * and whether some state forbids it.
  *
@@ -43,18 +43,18 @@ typedef struct {
     uint32_t seen;       /* a list: 2 * state, 2 * transition + 1 */
     uint32_t marks;      /* a list of notes */
     uint32_t microsteps; /* of the bound, the most used */
-} fsm_ran;
+} fsm_executed;
 
 typedef struct {
-    fsm_ran own, open;
+    fsm_executed own, open;
     bool own_known, open_known;
-} fsm_local_ran;
+} fsm_executed_steps;
 
 /* What is known of local states beyond a composition; for all searches of it. */
 typedef struct {
     fsm_composition *composition;
     fsm_lists lists;
-    fsm_local_ran **locals; /* by machine and local state */
+    fsm_executed_steps **locals; /* by machine and local state */
     uint32_t *room;
     unsigned char *states, *transitions; /* room for what one step runs */
     uint32_t *buffer;
@@ -67,21 +67,21 @@ void fsm_knowledge_free(fsm_knowledge *self);
 /* Finds out the steps of a local state, its own ones or what may happen to it, and what runs in them. */
 bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open);
 
-/* Lets a composition find out by this what it asks for itself: then what runs counts as covered. */
+/* Makes a composition compute its facts by this: then what runs counts as covered. */
 void fsm_knowledge_serve(fsm_knowledge *self);
 
-static inline const fsm_local_ran *fsm_knowledge_at(const fsm_knowledge *self, uint32_t machine, uint32_t local)
+static inline const fsm_executed_steps *fsm_knowledge_at(const fsm_knowledge *self, uint32_t machine, uint32_t local)
 {
     return &self->locals[machine][local];
 }
 
 /* What an event does at a level. Rows: of each value a range of `items`, its length first. Functions: of each value the next
- * one and whether a queue was full, found out when asked for. At a machine whose queue is levels, and at each of these: the
+ * one and whether a queue was full, computed on request. At a machine whose queue is levels, and at each of these: the
  * change that goes through them, and how many of them are still below. */
 typedef struct {
     uint32_t level;
     bool is_function, is_slot;
-    uint32_t change, left; /* number of the change; 0: there is none */
+    uint32_t change, left; /* number of the change; 0: no change */
     uint32_t clock;        /* at a clock: what is done to it; else 0 */
     uint32_t *rows, room;     /* by value, plus one; 0: none */
     uint32_t *items;
@@ -146,7 +146,7 @@ struct fsm_symbolic {
     fsm_slot_step *slot_steps;
     uint32_t slot_step_count, slot_step_room;
     uint32_t wants_slots;       /* a machine whose queue had better be levels, which ended the search; FSM_NONE */
-    fsm_lists keys;             /* of events: see fsm_symbolic_begin_key */
+    fsm_lists keys;             /* of events: see fsm_symbolic_start_key */
     fsm_lists carried;          /* a change of the numbers that wait, and the phase of that of a queue */
     fsm_lists pairs;            /* of values of a variable, before and after a step: before * count + after */
     fsm_lists sent;             /* messages, by target */
@@ -166,10 +166,10 @@ struct fsm_symbolic {
     bool root_pushed;           /* on the stack of roots */
     fsm_outcome outcome;
     uint64_t fires;             /* events applied to nodes, but for those that a cache knew */
-    uint64_t asked_at;
-    uint64_t most_made;         /* nodes after which it gives up; 0: none */
+    uint64_t checked_at;
+    uint64_t max_created;         /* nodes after which it gives up; 0: none */
     bool ran_over;              /* it did */
-    bool (*keep_on)(fsm_symbolic *); /* asked now and then; sets `outcome` to stop; may be NULL */
+    bool (*keep_on)(fsm_symbolic *); /* called now and then; sets `outcome` to stop; may be NULL */
     void *context;
     const void *relation;       /* that was followed last, whose results caches hold (relation.h) */
 };
@@ -257,7 +257,7 @@ uint32_t fsm_symbolic_label(const fsm_symbolic *self, uint32_t machine, uint32_t
  * of its mover; `clock`: of its clock (slots.h); 0: none. */
 enum { FSM_KEY_HEAD = 6 };
 
-static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change, uint32_t clock,
+static inline void fsm_symbolic_start_key(fsm_symbolic *self, uint32_t machine, fsm_class class, uint32_t change, uint32_t clock,
                                           uint32_t label)
 {
     self->buffer[0] = machine;
@@ -270,14 +270,15 @@ static inline void fsm_symbolic_begin_key(fsm_symbolic *self, uint32_t machine, 
 
 /* For those who make events: room in the buffer; behind what is in it the messages of a step, sorted by target, each one's in
  * their order (`*next`: with what the machine sends to itself); the event of a key; a row of it, more of the value whose row
- * was begun last. False, or NULL, if memory ran out or the model failed. */
+ * was started last. False, or NULL, if memory ran out or the model failed. */
 bool fsm_symbolic_make_room(fsm_symbolic *self, size_t count);
 bool fsm_symbolic_sort_messages(fsm_symbolic *self, uint32_t machine, const fsm_local_step *step, uint32_t *count,
                                 uint32_t *next);
 fsm_event *fsm_symbolic_event(fsm_symbolic *self, const uint32_t *key, uint32_t count);
 bool fsm_symbolic_add_to_row(fsm_symbolic *self, fsm_event *event, uint32_t value, uint32_t next);
 
-/* Files the steps of a local state, a base, for all values of what the machine shares (products.c). */
+/* Files the steps of a local state, a base, for all values of the machine's shared data
+ * (products.c). */
 bool fsm_symbolic_add_split(fsm_symbolic *self, uint32_t machine, uint32_t base);
 
 /* Files the steps of a base for all values that slots of its machine have; and those of all bases for one more (slots/slot_steps.c). */
@@ -285,7 +286,8 @@ bool fsm_symbolic_add_base(fsm_symbolic *self, uint32_t machine, uint32_t base);
 bool fsm_symbolic_add_slot_value(fsm_symbolic *self, uint32_t machine, uint32_t value);
 bool fsm_symbolic_add_slot_step(fsm_symbolic *self, fsm_slot_step step);
 
-/* The phase in which a change of slots begins where a machine is at a value: none does if it has stopped. */
+/* The phase in which a change of slots starts where a machine is at a value: no change starts if
+ * it has stopped. */
 uint32_t fsm_symbolic_first_phase(const fsm_symbolic *self, const fsm_touch *touch, uint32_t value);
 
 /* Whether a class of steps is allowed where so many wait. */

@@ -29,7 +29,7 @@ static uint32_t part_of(seeking *self, uint32_t set, uint32_t configuration, boo
 {
     fsm_symbolic *symbolic = self->symbolic;
     fsm_mdd *mdd = &symbolic->mdd;
-    size_t base = fsm_mdd_begin(mdd);
+    size_t base = fsm_mdd_start(mdd);
     for (uint32_t i = 0; i < fsm_mdd_at(mdd, set)->count && !self->failed; i++) {
         fsm_mdd_pair pair = fsm_mdd_pairs(mdd, set)[i];
         bool is_in = configuration == FSM_NONE ? rests(symbolic, pair.value)
@@ -42,7 +42,7 @@ static uint32_t part_of(seeking *self, uint32_t set, uint32_t configuration, boo
     return made;
 }
 
-/* The states of a set from which no step leads out of it in the end; the set holds all that can be reached from it, but for
+/* The states of a set from which no step leads out of it in the end; the set is closed under successors, but for
  * states of `out`. */
 static uint32_t staying(seeking *self, uint32_t set, uint32_t out)
 {

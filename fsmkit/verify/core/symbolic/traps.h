@@ -1,4 +1,4 @@
-/* traps.h: of a chart alone, states from which its configuration changes no more, though to stay there is not meant. */
+/* traps.h: of a chart alone, states from which its configuration changes no more, although they are not at rest. */
 #ifndef FSM_TRAPS_H
 #define FSM_TRAPS_H
 

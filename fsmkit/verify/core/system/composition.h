@@ -28,7 +28,7 @@ typedef struct {
 typedef struct {
     fsm_view view;
     uint32_t configuration;
-    uint32_t elapsed;             /* local state after a unit of time; FSM_NONE: not asked yet */
+    uint32_t elapsed;             /* local state after a unit of time; FSM_NONE: not requested yet */
     uint32_t own, own_count;      /* its own steps, and what may happen to it; ranges of `steps` */
     uint32_t open, open_count;
     bool known, open_known;       /* the steps are there */
@@ -46,7 +46,7 @@ typedef struct {
 
 struct fsm_composition {
     const fsm_system *system;
-    fsm_lock *lock; /* for all that is made new, and for running machines */
+    fsm_lock *lock; /* for all new machines, and for running ones */
     fsm_model model;
     size_t memory_limit;
     const char *failure;
@@ -93,7 +93,7 @@ static inline const void *fsm_local(const fsm_composition *self, uint32_t machin
     return fsm_store_at(&self->locals[machine], number);
 }
 
-/* Fill in the steps of a local state, its own and what may happen to it. Only asked for where these
+/* Fill in the steps of a local state, its own and what may happen to it. Only requested where these
  * steps can be taken: what they run counts as covered. */
 bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local);
 bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local);

@@ -13,7 +13,7 @@ typedef struct {
     fsm_part part;
 } fsm_source;
 
-/* All that can be taken. */
+/* All possible steps. */
 typedef struct {
     uint32_t locals[FSM_MOST_MACHINES];
     fsm_hold holds[FSM_MOST_MACHINES];

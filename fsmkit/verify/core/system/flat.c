@@ -74,7 +74,7 @@ static bool take_over(starting *self, started *at, uint32_t machine, const fsm_l
 
 static bool start(starting *self, started *from, uint32_t at);
 
-/* Goes on from one outcome; all but the last one need a copy of what was before. */
+/* Goes on from one outcome; all but the last one need a copy of the state before. */
 static bool go_on(starting *self, started *from, uint32_t at, const fsm_local_step *step, bool is_last)
 {
     fsm_composition *c = self->composition;
@@ -192,7 +192,7 @@ uint32_t fsm_flat_marks(fsm_composition *self, const uint32_t *locals, uint32_t 
 
 uint32_t fsm_flat_configuration(const fsm_composition *self, const uint32_t *locals)
 {
-    uint32_t shown = 0; /* traps are asked for of one machine; of several this is only a hash */
+    uint32_t shown = 0; /* traps are decided for one machine; for several this is only a hash */
     for (uint32_t i = 0; i < self->system->machine_count; i++)
         shown = shown * 0x01000193u + fsm_info(self, i, locals[i])->configuration;
     return shown;

@@ -1,5 +1,5 @@
-/* flat.h: states of the system as a local state for each machine: how they begin, and what is seen of
- * them. */
+/* flat.h: states of the system as a local state for each machine: initial states, and
+ * evaluation. */
 #ifndef FSM_FLAT_H
 #define FSM_FLAT_H
 
@@ -24,7 +24,7 @@ uint32_t fsm_flat_marks(fsm_composition *self, const uint32_t *locals, uint32_t 
 /* Whether a property is to be marked. */
 bool fsm_flat_evaluate(const fsm_composition *self, const uint32_t *locals, uint32_t property);
 
-/* For traps: a number for what is visible, and whether to stay there is meant. */
+/* For traps: a number for the visible configuration, and whether the machine may rest there. */
 uint32_t fsm_flat_configuration(const fsm_composition *self, const uint32_t *locals);
 bool fsm_flat_at_rest(const fsm_composition *self, const uint32_t *locals);
 

@@ -347,7 +347,7 @@ bool fsm_explore(fsm_composition *self, uint32_t machine, uint32_t local, fsm_ac
         if (++runs > MOST_RUNS)
             return fsm_fail(self, "too many combinations of choices in one step");
         memcpy(self->after, self->before, m->info->size);
-        fsm_recorder_begin();
+        fsm_recorder_start();
         bool done = perform(self, machine, self->after, action, argument);
         if (fsm_recording.too_much != NULL)
             return fsm_fail(self, fsm_recording.too_much);
@@ -370,7 +370,7 @@ void fsm_run_again(fsm_composition *self, fsm_description what, void *after)
         fsm_recording.chosen[i] = what.choices[i];
     fsm_recording.choice_count = what.choice_count;
     listen_to(self, what.machine);
-    fsm_recorder_begin();
+    fsm_recorder_start();
     fsm_recording.tracing = fsm_recording.again = true;
     (void)perform(self, what.machine, after, what.action, what.argument);
     fsm_recording.tracing = fsm_recording.again = false;

@@ -230,7 +230,7 @@ void fsm_do_send(const fsm_machine *of, uint32_t number, const void *const *give
     printf("\n");
 }
 
-void fsm_note_heard(const fsm_machine *of, uint32_t number, const void *e)
+void fsm_note_observed(const fsm_machine *of, uint32_t number, const void *e)
 {
     const fsm_event_info *event = &of->info->events[number];
     const void *given[FSM_MOST_VALUES];

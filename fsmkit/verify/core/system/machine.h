@@ -13,7 +13,7 @@ typedef struct {
     uint32_t queued;  /* all events kept in it */
     uint32_t armed;   /* timers */
     uint32_t awaited; /* timers that are not assumed to stay silent */
-    bool due;         /* a timer is due */
+    bool due;         /* a timer has expired */
     bool running;     /* started, neither finished nor stopped by a fault */
     bool faulted;
     bool at_rest;     /* finished, or every active leaf may wait for ever */
@@ -52,7 +52,7 @@ typedef struct fsm_machine fsm_machine;
 
 struct fsm_machine {
     const char *name;
-    const char *path; /* the slots in which it lies: what the lines of its trace begin with */
+    const char *path; /* the slots in which it lies: the prefix of the lines of its trace */
     const fsm_machine_info *info;
     const fsm_machine *const *inner; /* the machines in its slots, in order */
     void *initial;                   /* room for it as it is made; see fsm_prepare */
@@ -78,10 +78,11 @@ struct fsm_machine {
     const fsm_slot_of *inputs, *outputs;
     const fsm_range *shared_ranges;  /* of the variables that others share */
     const fsm_choices *answers;      /* by operation */
-    const unsigned char *linked;     /* by port, whether a wire begins there: those of events, then of operations */
+    const unsigned char *linked;     /* by port, whether a wire starts there: those of events, then of operations */
     const unsigned char *noted;      /* by event: whether it is worth a mark when nobody answers it */
-    const unsigned char *asked;      /* by event: whether some property asks whether it occurs; NULL: none */
-    const unsigned char *heard;      /* by event: whether a monitor watches it; NULL: none */
+    const unsigned char *by_property;      /* by event: whether some property depends on its
+                                      * occurrence; NULL: none */
+    const unsigned char *by_monitor;      /* by event: whether a monitor watches it; NULL: none */
     const fsm_number_list *deferring; /* by event: the states that defer it; NULL: none */
     const unsigned char *restless;   /* by state: whether the machine must go on where it is an active leaf */
     const unsigned char *silent;     /* by transition: whether its timer is assumed never to fire; NULL: none */
@@ -127,7 +128,7 @@ bool fsm_is_early(const fsm_machine *of, const void *m, uint32_t timer);
 uint32_t fsm_timer_name(const fsm_machine *of, const void *m, uint32_t timer);
 
 /* Zones: timers lie in the order in which they were armed, with their durations as deadlines. Before a step the
- * deadlines of what is armed become marks that lie before all times; the step is taken at time 0, and what it arms has
+ * deadlines of armed timers become marks that lie before all times; the step is taken at time 0, and what it arms has
  * its duration as deadline. `unmark` restores the others, given the state before, and says for each timer which of
  * those before it is, counted from 1, or 0 for one that was armed in the step. */
 void fsm_mark(const fsm_machine *of, void *m);
@@ -141,7 +142,7 @@ void fsm_dump(const fsm_machine *of, const void *m); /* data, outputs and active
 /* What the machine calls, and what leaves it. */
 void fsm_do_call(const fsm_machine *of, uint32_t number, const void *const *given, void *result);
 void fsm_do_send(const fsm_machine *of, uint32_t number, const void *const *given);
-void fsm_note_heard(const fsm_machine *of, uint32_t number, const void *event); /* one that a monitor watches */
+void fsm_note_observed(const fsm_machine *of, uint32_t number, const void *event); /* one that a monitor watches */
 
 /* ---- for the file of a machine X, which defines FSM_THIS as its table -------------------------- */
 

@@ -33,10 +33,10 @@ void fsm_note_unhandled(uint32_t event)
 void fsm_note_occurs(uint32_t number, const void *event)
 {
     const fsm_machine *of = fsm_recording.machine;
-    if (of->asked != NULL && of->asked[number] != 0)
+    if (of->by_property != NULL && of->by_property[number] != 0)
         fsm_note_mark(FSM_NOTE_UNHANDLED + of->info->event_count + number);
-    if (of->heard != NULL && of->heard[number] != 0)
-        fsm_note_heard(of, number, event);
+    if (of->by_monitor != NULL && of->by_monitor[number] != 0)
+        fsm_note_observed(of, number, event);
 }
 
 void fsm_note_read(uint32_t input)

@@ -5,7 +5,7 @@
 
 fsm_recorder fsm_recording;
 
-void fsm_recorder_begin(void)
+void fsm_recorder_start(void)
 {
     fsm_recorder *self = &fsm_recording;
     self->sent_count = self->note_count = self->choice_at = 0;

@@ -35,10 +35,10 @@ typedef struct {
     uint32_t choice_count, choice_at;
     bool read[FSM_MOST_CHOICES]; /* by free input: chosen in this run, since it was read */
     bool again;              /* a step is taken again: its choices are those of all free inputs, then all others */
-    void *state;             /* of the machine at hand, where its inputs are chosen */
+    void *state;             /* of the current machine, where its inputs are chosen */
     bool took;               /* a transition was taken */
     uint32_t budget;         /* the fewest microsteps that were left */
-    const struct fsm_machine *machine; /* at hand */
+    const struct fsm_machine *machine; /* current */
     unsigned char *states_seen, *transitions_seen; /* of that; coverage of the whole run */
     const char *too_much;    /* a bound above was passed */
     bool tracing;            /* print what happens */
@@ -51,7 +51,7 @@ extern fsm_recorder fsm_recording;
  * Where a suite of tests is made, also one for each transition that was taken and each state that was entered. */
 enum { FSM_NOTE_FULL, FSM_NOTE_FAULT, FSM_NOTE_UNHANDLED };
 
-void fsm_recorder_begin(void);   /* before a step; the choices stay */
+void fsm_recorder_start(void);   /* before a step; the choices stay */
 bool fsm_recorder_advance(void); /* to the next sequence of choices; false after the last */
 void fsm_recorder_forget(void);  /* the choices */
 

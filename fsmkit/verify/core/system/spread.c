@@ -12,7 +12,7 @@ enum {
     MOST_VALUES = 1 << 20 /* states times parts: some hundredths of a second */
 };
 
-/* Numbers that are never removed; 0 is none. */
+/* Numbers that are never removed; 0: no number. */
 typedef struct {
     uint64_t *slots;
     uint32_t capacity, count; /* a power of two, more than twice what comes */

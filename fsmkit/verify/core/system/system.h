@@ -1,11 +1,11 @@
-/* system.h: a system as it is given: machines, their wires and their environment. */
+/* system.h: the given system: machines, their wires and their environment. */
 #ifndef FSM_SYSTEM_H
 #define FSM_SYSTEM_H
 
 #include "model.h"
 #include "system/machine.h"
 
-/* In one system. A program of more is compiled for so many. */
+/* The limit for one system. A program for more machines is compiled for so many. */
 #ifndef FSM_MOST_MACHINES
 #define FSM_MOST_MACHINES 64
 #endif
@@ -19,7 +19,7 @@ typedef struct {
     uint32_t source, output, target, input;
 } fsm_input_link;
 
-/* Something that can happen to a machine from outside. */
+/* An external event of a machine. */
 typedef struct {
     uint32_t machine, event;
     fsm_value values[FSM_MOST_VALUES];
@@ -28,23 +28,23 @@ typedef struct {
     bool spontaneous; /* a transition of the machine itself */
 } fsm_possible;
 
-/* An event of a machine that some property asks of whether it occurs. */
+/* An event of a machine whose occurrence some property depends on. */
 typedef struct {
     uint32_t machine, event;
-} fsm_asked;
+} fsm_observed_event;
 
-/* Machines that a property looks at, in order. */
+/* Machines that a property reads, in order. */
 typedef struct {
     uint32_t count;
     const uint32_t *machines;
 } fsm_reads;
 
-/* Numbers of the parts of a property, behind all properties: it marks a state where some part does. */
+/* Numbers of the parts of a property, after all properties: it marks a state if some part does. */
 typedef struct {
-    uint32_t first, count; /* 0: it has none */
+    uint32_t first, count; /* 0: no parts */
 } fsm_parts;
 
-/* What a node does to its machines. */
+/* How a node holds its machines. */
 typedef enum { FSM_HOLD_NONE, FSM_HOLD_FROZEN, FSM_HOLD_STOPPED } fsm_hold;
 
 typedef struct {
@@ -56,23 +56,25 @@ typedef struct {
     bool (*evaluate)(const void *const *machines, uint32_t property); /* whether to mark the state */
     const fsm_reads *reads; /* by property, then by part */
     const fsm_parts *parts; /* by property */
-    const fsm_asked *asked;
-    uint32_t asked_count; /* 0: no property is evaluated at steps */
-    bool (*evaluate_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: of `asked` */
-    const size_t *seen_sizes; /* by machine: bytes of what properties see of it */
+    const fsm_observed_event *observed;
+    uint32_t observed_count; /* 0: no property is evaluated at steps */
+    bool (*evaluate_step)(const void *const *machines, const bool *occurs, uint32_t property); /* `occurs`: by index of `observed` */
+    const size_t *seen_sizes; /* by machine: bytes of the data that properties read */
     void (*see)(uint32_t machine, const void *m, unsigned char *seen);
-    /* By machine: it moves in its turn only; and what comes from outside comes to it then. NULL where there are no turns. */
+    /* By machine: it moves, and takes external events, in its turn only. NULL without turns. */
     const bool *ordered;
-    /* Whose turn it is, from 1; 0: nobody's. Asked of the last machine, which keeps turns. NULL: there are none. */
+    /* The machine whose turn it is, from 1; 0: nobody's turn. A function of the last machine,
+     * which keeps turns. NULL without turns. */
     uint32_t (*turn)(const void *m);
     const uint32_t *freezers; /* by machine: the machine that keeps the state of its node, or FSM_NONE. NULL: none freezes */
-    fsm_hold (*hold)(uint32_t freezer, const void *m); /* what such a machine does to those of its node */
+    fsm_hold (*hold)(uint32_t freezer, const void *m); /* how such a machine holds those of its
+                                                        * node */
     bool untimed, zones, open;
     uint32_t unit;     /* ticks that pass at once, of which all delays are multiples; 0: no delays */
     uint32_t max_pending_before_input; /* UINT32_MAX: no limit */
 } fsm_system;
 
-/* The system that is explored: of the generated code. */
+/* The explored system, in the generated code. */
 extern const fsm_system fsm_the_system;
 
 /* Whether steps are those of cyclic.c. */
@@ -96,7 +98,7 @@ typedef struct {
 
 typedef struct fsm_composition fsm_composition;
 
-/* What a step was. */
+/* The description of a step. */
 typedef struct {
     fsm_action action;
     uint32_t machine, argument;

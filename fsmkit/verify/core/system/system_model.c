@@ -49,16 +49,16 @@ static bool evaluate_step(fsm_composition *self, fsm_step *step)
     const fsm_system *system = self->system;
     const void *structs[FSM_MOST_MACHINES];
     uint32_t locals[FSM_MOST_MACHINES];
-    bool *occurs = malloc(system->asked_count * sizeof *occurs);
+    bool *occurs = malloc(system->observed_count * sizeof *occurs);
     if (occurs == NULL)
         return fsm_fail(self, "out of memory");
     fsm_tree_unfold(self->tree, step->to, locals);
     for (uint32_t i = 0; i < system->machine_count; i++)
         structs[i] = fsm_local(self, i, locals[i]);
-    for (uint32_t i = 0; i < system->asked_count; i++) {
-        fsm_asked asked = system->asked[i];
-        uint32_t first = self->first_marks[asked.machine] + FSM_NOTE_UNHANDLED;
-        occurs[i] = has_mark(self->tree, step->marks, first + system->machines[asked.machine]->info->event_count + asked.event);
+    for (uint32_t i = 0; i < system->observed_count; i++) {
+        fsm_observed_event observed = system->observed[i];
+        uint32_t first = self->first_marks[observed.machine] + FSM_NOTE_UNHANDLED;
+        occurs[i] = has_mark(self->tree, step->marks, first + system->machines[observed.machine]->info->event_count + observed.event);
     }
     for (uint32_t p = 0; p < system->property_count && step->marks != FSM_NONE; p++) {
         if (system->evaluate_step(structs, occurs, p))
@@ -92,13 +92,13 @@ static bool add_start(void *context, const fsm_start *start)
     fsm_composition *c = self->composition;
     uint32_t marks = fsm_lists_number(&c->tree->marks, start->marks, start->mark_count);
     fsm_state state = fsm_tree_fold(c->tree, start->locals);
-    bool is_wanted = self->steps->count == self->wanted;
+    bool is_requested = self->steps->count == self->wanted;
     if (state == FSM_NO_STATE || marks == FSM_NONE
         || !fsm_steps_add(self->steps, state, marks, FSM_STEP_ENVIRONMENT))
         return fsm_fail(c, "out of memory");
-    if (c->system->asked_count > 0 && !evaluate_steps(c, self->steps, self->steps->count - 1))
+    if (c->system->observed_count > 0 && !evaluate_steps(c, self->steps, self->steps->count - 1))
         return false;
-    for (uint32_t i = 0; is_wanted && i < c->system->machine_count; i++) {
+    for (uint32_t i = 0; is_requested && i < c->system->machine_count; i++) {
         fsm_description *what = &self->described->what[i];
         *what = start->what[i];
         memcpy(self->described->choices[i], what->choices, what->choice_count * sizeof *what->choices);
@@ -259,7 +259,7 @@ static bool successors(void *context, fsm_state state, fsm_steps *steps)
     fsm_tree *tree = c->tree;
     if (fsm_is_ordered(c->system))
         return successors_in_turn(c, state, steps);
-    if (c->system->asked_count > 0)
+    if (c->system->observed_count > 0)
         steps->found_by = 0; /* each step is evaluated, with the state that it leads to */
     fsm_summary seen = look(tree, state);
     bool is_open = seen.first == FSM_OWN && seen.waiting <= c->system->max_pending_before_input;
@@ -282,7 +282,7 @@ static bool finish(void *context, fsm_state state, fsm_steps *steps)
     for (size_t i = 0; i < steps->count; i++)
         if (steps->items[i].sent != 0 && !deliver_step(c->tree, state, &steps->items[i]))
             return false;
-    return c->system->asked_count == 0 || evaluate_steps(c, steps, 0);
+    return c->system->observed_count == 0 || evaluate_steps(c, steps, 0);
 }
 
 /* What a step of a state that has so many was. */
@@ -492,7 +492,7 @@ static bool find_wires(fsm_composition *self)
             self->of_machine[start + --first[owner + 1]] = i;
         }
         count += counts[kind];
-        for (uint32_t i = 0; i < system->machine_count; i++) /* now each is where its own begin */
+        for (uint32_t i = 0; i < system->machine_count; i++) /* now each is where its own ones start */
             first[i] = start + first[i + 1];
         first[system->machine_count] = count;
     }

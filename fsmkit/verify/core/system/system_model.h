@@ -8,14 +8,14 @@
  *   while a monitor has an event waiting, only monitors move;
  *   else, while a machine of the environment has, only such machines move;
  *   else each machine in turn: an eventless transition that its inputs enable; else the next event of
- *   its queue; else a timer that is due (untimed: any armed one), and spontaneous transitions;
+ *   its queue; else an expired timer (untimed: any armed one), and spontaneous transitions;
  *   then what may happen to each machine, while at most `max_pending_before_input` events wait in all queues;
  *   and time passes if no machine has anything to do and some timer is armed.
  *
  * With turns (cyclic.c), of the machines that are ordered only that whose turn it is may move; the last
  * machine may move on to the next turn when it has nothing left to do.
  *
- * A machine whose node is frozen (cyclic.c, too) has no steps, nothing comes to it from outside, and what waits for it does
+ * A machine whose node is frozen (cyclic.c, too) has no steps and no external events, and its waiting events do
  * not count for `max_pending_before_input`. Of one whose node is stopped for good nothing changes any more. */
 #ifndef FSM_SYSTEM_MODEL_H
 #define FSM_SYSTEM_MODEL_H

@@ -502,7 +502,7 @@ static uint32_t footprint_of(fsm_tree *self, const fsm_node *node, uint32_t stat
         const fsm_message *message = fsm_store_at(&c->messages, c->numbers.items[step->messages + i]);
         uint64_t target = UINT64_C(1) << message->target % 64;
         if (message->is_input && !machines[message->target]->monitor) { /* monitors may have an event of it */
-            found.told |= target;
+            found.receivers |= target;
             found.inputs |= bit_of_input(c->system, message);
         } else {
             found.moved |= target;

@@ -44,8 +44,8 @@ typedef struct {
 typedef struct {
     fsm_moves *moves[FSM_PARTS];
     uint32_t left, right; /* children's states; of a machine: the local state, and 0 */
-    uint32_t elapsed;     /* after a unit of time; FSM_NONE: not asked yet */
-    uint32_t aspect;      /* number of what properties see of it */
+    uint32_t elapsed;     /* after a unit of time; FSM_NONE: not requested yet */
+    uint32_t aspect;      /* number of the data that properties read */
     fsm_summary summary;
 } fsm_node_state;
 

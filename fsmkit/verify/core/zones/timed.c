@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ASK_EVERY = 256 }; /* pairs between two calls of `keep_on` */
+enum { CHECK_EVERY = 256 }; /* pairs between two calls of `keep_on` */
 
 /* --- making one --------------------------------------------------------------------------------- */
 
@@ -88,7 +88,7 @@ static bool out_of_memory(fsm_timed *self)
     return false;
 }
 
-/* The bytes that a part of `bytes` may grow to, by what was used when last asked. */
+/* The bytes that a part of `bytes` may grow to, by the use at the last check. */
 static size_t limit_for(const fsm_timed *self, size_t bytes)
 {
     return bytes + (self->memory_limit > self->bytes ? self->memory_limit - self->bytes : 0);
@@ -115,13 +115,13 @@ static bool make_room(fsm_timed *self)
     return true;
 }
 
-/* The watch may show more than it is compared with, so that no summary tells anything. */
+/* The watch may show more than it is compared with, so that no summary is conclusive. */
 static fsm_zone_summary summary_of(const fsm_timed *self, const fsm_limits *limits)
 {
     return self->watch.present ? (fsm_zone_summary){0, 0} : fsm_zones_summary(&self->zones, limits);
 }
 
-/* A pair kept that covers the zone in hand; FSM_NONE if there is none. */
+/* A stored pair that covers the current zone; FSM_NONE: no pair does. */
 static uint32_t find_cover(const fsm_timed *self, uint32_t tuple, fsm_zone_summary summary, const fsm_limits *limits)
 {
     const fsm_family *family = &self->families[tuple];
@@ -134,7 +134,7 @@ static uint32_t find_cover(const fsm_timed *self, uint32_t tuple, fsm_zone_summa
     return FSM_NONE;
 }
 
-/* Takes the pairs out that the zone in hand covers. One whose turn is in the layer at hand still has
+/* Removes the pairs that the current zone covers. One whose turn is in the current layer still has
  * it, so that paths stay shortest. */
 static void displace(fsm_timed *self, uint32_t tuple, fsm_zone_summary summary, const fsm_limits *limits)
 {
@@ -233,7 +233,7 @@ static bool may_go_on(fsm_timed *self)
         self->layer_end = self->pair_count;
         self->depth++;
     }
-    if (self->next % ASK_EVERY != 0)
+    if (self->next % CHECK_EVERY != 0)
         return true;
     self->bytes = fsm_timed_bytes(self);
     return self->keep_on == NULL || self->keep_on(self);

@@ -1,7 +1,7 @@
 /* timed.h: breadth-first exploration in dense time: pairs of a discrete part, which is a local state of
  * each machine, and a zone over the clocks of all armed timers.
  *
- * A clock tells how long ago its timer was armed; the timers of a machine lie in its local state in the
+ * A clock is the time since its timer was armed; the timers of a machine lie in its local state in the
  * order in which they were armed, with their durations (or the least and the greatest). A timer fires
  * when its duration has passed, after those of the same machine that were armed earlier and are due as
  * well; or, if it has a choice, any time between the two, at the latest at the greatest. Time passes only where no machine has something to do; the
@@ -70,7 +70,7 @@ typedef struct {
 /* Receives a step; false ends the enumeration. */
 typedef bool fsm_timed_visit(void *context, const fsm_timed_step *step);
 
-/* An extra clock: it may begin to run when the property `begin` begins to hold, and stops when `end`
+/* An extra clock: it may start when the property `begin` starts to hold, and stops when `end`
  * holds next. Beyond `most` it only counts as more. */
 typedef struct {
     bool present;
@@ -87,7 +87,7 @@ typedef struct fsm_timed fsm_timed;
 struct fsm_timed {
     fsm_composition *composition;
     size_t memory_limit;
-    bool (*keep_on)(fsm_timed *); /* asked now and then; sets `outcome` to stop; may be NULL */
+    bool (*keep_on)(fsm_timed *); /* called now and then; sets `outcome` to stop; may be NULL */
     void *context;                /* for `keep_on` */
     int32_t unit;                 /* ticks: the bounds of zones count units */
     fsm_watch watch;
@@ -102,7 +102,7 @@ struct fsm_timed {
     uint32_t next, step, depth, layer_end;
     uint64_t transitions;
     bool internal_back_edge;      /* some step that takes no time led to a discrete part no newer */
-    size_t bytes;                 /* when last asked */
+    size_t bytes;                 /* at the last check */
     fsm_timed_witness *witnesses;
     bool *awaited;                /* by mark; NULL: explore everything */
     uint32_t awaited_count;
@@ -110,7 +110,7 @@ struct fsm_timed {
     const char *failure;
 
     fsm_hash_map fires;               /* (machine, local state, timer) -> (first step, count) */
-    uint32_t *marks, *evaluated;     /* of the step at hand, of the discrete part it leads to */
+    uint32_t *marks, *evaluated;     /* of the current step, of the discrete part it leads to */
     const fsm_description *starts; /* how the machines started, while an initial pair is visited */
     /* room for the zone a step starts from, after its guard, and where it leads; for bounds and limits */
     fsm_bound *before, *guarded, *after, *upper;
@@ -136,7 +136,7 @@ bool fsm_timed_successors(fsm_timed *self, const uint32_t *tuple, const fsm_boun
 bool fsm_timed_may_wait(fsm_timed *self, const uint32_t *tuple, bool *waits);
 
 /* Writes the limits of all clocks of a discrete part, and says in `*choice` whether some timer has a choice of when
- * to fire. The watch is compared with all that it can be told apart from. */
+ * to fire. The watch is compared up to its limit. */
 bool fsm_timed_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits, bool *choice);
 
 /* How many timers of a machine are armed in a discrete part. */
@@ -155,7 +155,7 @@ bool fsm_timed_pick(void *sought, const fsm_timed_step *step);
 /* The clocks of a discrete part, and one. */
 uint32_t fsm_timed_size(const fsm_timed *self, const uint32_t *tuple);
 
-/* A pair kept that covers where a step leads; FSM_NONE if there is none. */
+/* A stored pair that covers the target of a step; FSM_NONE: no pair does. */
 uint32_t fsm_timed_find(fsm_timed *self, const fsm_timed_step *step);
 
 size_t fsm_timed_bytes(const fsm_timed *self);

@@ -8,14 +8,14 @@
 enum {
     FEW_SPLITS = 1000, MOST_SPLITS = 100000, /* of a zone, in one comparison with a union */
     MOST_PIECES = 200000,                    /* of a hull; finer graphs come after it */
-    ASK_EVERY = 256, ASK_SPLITS = 1 << 16    /* between two calls of `keep_on` */
+    CHECK_EVERY = 256, CHECK_SPLITS = 1 << 16    /* between two calls of `keep_on` */
 };
 
 /* How the points of a step are passed on from the zone after it to the zone before it. */
 typedef enum {
     PASS_AT_ONCE, /* the state is entered without any time */
     PASS_LATER,   /* the state is stable: time may pass after the step */
-    PASS_WAIT     /* time passes, until a timer is due */
+    PASS_WAIT     /* time passes, until a timer expires */
 } passage;
 
 /* A step between two states. Its zones are in `bounds`: first the points that can take it, then those to which it leads, before
@@ -127,7 +127,7 @@ static bool add_piece(backward *self, uint32_t node, const fsm_bound *zone, uint
 static bool is_in_union(backward *self, const fsm_bound *zone, uint32_t size, uint32_t first)
 {
     size_t cells = (size_t)size * size;
-    if (first == FSM_NONE || ++self->splits > self->most_splits || !may_go_on(self, ++self->all_splits, ASK_SPLITS))
+    if (first == FSM_NONE || ++self->splits > self->most_splits || !may_go_on(self, ++self->all_splits, CHECK_SPLITS))
         return false;
     const fsm_bound *held = self->bounds + self->pieces[first].bounds;
     uint32_t next = self->pieces[first].next;
@@ -256,7 +256,7 @@ static bool pass_all_on(backward *self)
         size_t number = self->whole_next < self->whole_count ? self->wholes[self->whole_next++] : next++;
         const piece from = self->pieces[number];
         self->pieces[number].done = true;
-        if (!may_go_on(self, count, ASK_EVERY))
+        if (!may_go_on(self, count, CHECK_EVERY))
             return false;
         if (self->model->cover == FSM_COVER_HULL && self->piece_count > MOST_PIECES)
             return fail(self);
@@ -415,7 +415,7 @@ bool fsm_timed_reach_sure(fsm_timed_model *model, fsm_search *search, const unsi
         self.whole[node] = sure[fsm_set_find(passed, model->nodes[node].state)];
     for (uint32_t node = 0; fine && node < model->node_count; node++)
         if (!self.whole[node] && fsm_timed_is_maximal(model, model->nodes[node].state))
-            fine = may_go_on(&self, node, ASK_EVERY) && add_edges_from(&self, node);
+            fine = may_go_on(&self, node, CHECK_EVERY) && add_edges_from(&self, node);
     fine = fine && close_up(&self);
     *all = fine;
     for (uint32_t node = 0; *all && node < model->node_count; node++)

@@ -19,13 +19,13 @@ static property read_property(const char *option, const char *argument)
     return (property){option, first, *end == ',' ? (uint32_t)strtoul(end + 1, NULL, 10) : first};
 }
 
-static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, property asked)
+static fsm_timed_answer decide(fsm_timed_model *model, fsm_search *search, bool timeless, property selected)
 {
     if (search->outcome != FSM_COMPLETE)
         return (fsm_timed_answer){.why = ""};
-    return strcmp(asked.option, "--recoverable") == 0
-        ? fsm_timed_recoverable(model, search, asked.first)
-        : fsm_timed_leads_to(model, search, asked.first, asked.second, timeless);
+    return strcmp(selected.option, "--recoverable") == 0
+        ? fsm_timed_recoverable(model, search, selected.first)
+        : fsm_timed_leads_to(model, search, selected.first, selected.second, timeless);
 }
 
 static void print_path(const char *name, const fsm_path *path)
@@ -137,7 +137,7 @@ static bool decide_with(decisions *self, fsm_composition *composition, const fsm
     options->pace->counted = &model.timed.tuples.count;
     fsm_search_run(&search);
     if (search.outcome == FSM_MODEL_FAILED && model.failure != NULL)
-        search.outcome = FSM_OUT_OF_MEMORY; /* that is all that fails of the model itself */
+        search.outcome = FSM_OUT_OF_MEMORY; /* the model has no other failure */
     bool open = false;
     bool whole = search.outcome == FSM_COMPLETE;
     self->whole |= (unsigned)whole << tried.cover;

@@ -24,7 +24,7 @@ typedef struct {
     frame *frames;
     size_t frame_count, frame_room;
     fsm_bound *zone;
-    uint64_t asked;
+    uint64_t checks;
     bool failed;
 } walk;
 
@@ -52,7 +52,7 @@ static bool enter(walk *self, uint32_t tuple)
 {
     fsm_timed *t = self->timed;
     uint32_t state[FSM_MOST_MACHINES + 1];
-    if (++self->asked % 1024 == 0 && t->keep_on != NULL && !t->keep_on(t))
+    if (++self->checks % 1024 == 0 && t->keep_on != NULL && !t->keep_on(t))
         return false;
     if (self->frame_count == self->frame_room) {
         size_t room = self->frame_room == 0 ? 256 : 2 * self->frame_room;

@@ -1,4 +1,4 @@
-/* timed_graph.h: what is asked of the pairs once all are known. */
+/* timed_graph.h: searches in the complete graph of pairs. */
 #ifndef FSM_TIMED_GRAPH_H
 #define FSM_TIMED_GRAPH_H
 
@@ -7,11 +7,11 @@
 /* A cycle of internal steps in which no time passes: from a pair, without the passing of time, by the
  * steps of `path` to where the first `lead` end, and by the others round for ever. */
 typedef struct {
-    uint32_t pair; /* FSM_NONE: there is none */
+    uint32_t pair; /* FSM_NONE: no pair */
     uint32_t *path, length, lead;
 } fsm_timed_cycle;
 
-/* Looks for a livelock. False if that cannot be told: memory ran out, the search was stopped, or the
+/* Looks for a livelock. False if that cannot be decided: memory ran out, the search was stopped, or the
  * cycle found depends on clocks in a way that is not followed up. The caller frees the path. */
 bool fsm_timed_livelock(fsm_timed *self, fsm_timed_cycle *found);
 

@@ -11,7 +11,7 @@
 static bool keep_on(fsm_timed *search)
 {
     const fsm_progress progress = {search->tuples.count, search->transitions, search->depth, search->bytes};
-    fsm_outcome why = fsm_pace_ask(search->context, progress);
+    fsm_outcome why = fsm_pace_check(search->context, progress);
     if (why == FSM_COMPLETE && search->bytes > search->memory_limit)
         why = FSM_OUT_OF_MEMORY;
     if (why != FSM_COMPLETE)
@@ -122,7 +122,7 @@ static void print_bound(const char *name, fsm_bound bound, int32_t sign, const f
         printf("[%" PRId64 ", %s], ", (int64_t)units * search->unit, reached ? "true" : "false");
 }
 
-/* Bounds in ticks, each with whether it is reached; null: there is none below what was watched for. */
+/* Bounds in ticks, each with whether it is reached; null: no bound below the limit of the watch. */
 static void print_watch(const fsm_timed *search)
 {
     const fsm_watch *watch = &search->watch;
@@ -228,7 +228,7 @@ int fsm_timed_explore(fsm_composition *composition, const fsm_timed_options *opt
 
 typedef struct {
     fsm_timed *timed;
-    uint32_t wanted, at;
+    uint32_t requested, at;
     uint32_t tuple[FSM_MOST_MACHINES + 1];
     fsm_bound *zone;
     fsm_description what[FSM_MOST_MACHINES];
@@ -247,7 +247,7 @@ static void keep_description(replay *self, uint32_t slot, fsm_description what)
 static bool pick(void *context, const fsm_timed_step *step)
 {
     replay *self = context;
-    if (self->at++ != self->wanted)
+    if (self->at++ != self->requested)
         return true;
     uint32_t machines = self->timed->composition->system->machine_count;
     memcpy(self->tuple, step->tuple, (machines + 1u) * sizeof *self->tuple);
@@ -293,7 +293,7 @@ static bool replay_step(replay *self, uint32_t ordinal, bool at_once)
     fsm_timed *t = self->timed;
     uint32_t before[FSM_MOST_MACHINES + 1];
     memcpy(before, self->tuple, sizeof before);
-    self->wanted = ordinal;
+    self->requested = ordinal;
     self->at = 0;
     self->found = false;
     if (self->first) {

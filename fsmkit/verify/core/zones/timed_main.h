@@ -11,7 +11,7 @@ typedef struct {
     bool livelock, traps, list;
     const char *until;
     bool any;          /* the first mark of `until` ends it */
-    const char *watch; /* "begin,end,most": two properties, and units */
+    const char *watch; /* "BEGIN,END,MOST": two properties, and units */
     const char *const *temporal; /* options that name temporal properties, and their arguments, in pairs */
     uint32_t temporal_count;     /* pairs; if there are any, these are decided, and nothing else is */
     bool timeless;               /* see liveness.h */

@@ -245,7 +245,7 @@ bool fsm_timed_cut_stable(fsm_timed_model *self, const fsm_timed_points *at, fsm
     return fsm_zone_below(part, at->size, self->upper);
 }
 
-/* No timer is due, and time may have passed; in `part`. False if there is no such point. */
+/* No timer has expired, and time may have passed; in `part`. False if there is no such point. */
 static bool stay_below(fsm_timed_model *self, const fsm_timed_points *at)
 {
     if (!fsm_timed_cut_stable(self, at, self->part))
@@ -275,7 +275,8 @@ bool fsm_timed_cut_due(fsm_timed_model *self, const fsm_timed_points *at, fsm_ti
     return false;
 }
 
-/* For each machine the points in which one of its timers is due, and none that was armed earlier. */
+/* For each machine the points in which one of its timers has expired, but none that was armed
+ * earlier. */
 static bool add_due(fsm_timed_model *self, const fsm_timed_points *at, fsm_kind kind, fsm_timed_move move)
 {
     fsm_timed_due next = {0};
@@ -309,7 +310,7 @@ static bool arrive(fsm_timed_model *self, const uint32_t *locals, const fsm_boun
 
 /* --- steps ------------------------------------------------------------------------------------------------ */
 
-/* The first timer of a machine that has a deadline, counted from 1; 0: there is none. */
+/* The first timer of a machine that has a deadline, counted from 1; 0: no such timer. */
 static uint32_t first_bounded(const fsm_timed_model *self, uint32_t machine)
 {
     uint32_t clock = 1;
@@ -334,7 +335,7 @@ static uint64_t ended_by(const fsm_timed_model *self, uint32_t machine, const fs
     return first == 0 ? 0 : UINT64_C(1) << machine;
 }
 
-/* Whether all points of a stable state can wait until a timer has come to its least duration, before another one is due. */
+/* Whether all points of a stable state can wait until a timer has come to its least duration, before another one expires. */
 static bool can_wait_for(const fsm_timed_model *self, uint32_t machine, uint32_t place)
 {
     const fsm_limits *limits = self->timed.limits;
@@ -453,7 +454,7 @@ static bool wait_for_corner(fsm_timed_model *self, const fsm_timed_points *at, f
     return add_due(self, at, FSM_STEP_TIME, move);
 }
 
-/* Until some timer is due: time passes, for all points. */
+/* Until some timer expires: time passes, for all points. */
 static bool wait(fsm_timed_model *self)
 {
     fsm_timed *t = &self->timed;
@@ -580,7 +581,7 @@ static uint64_t running(void *context, fsm_state state, const fsm_steps *steps, 
 {
     fsm_timed_model *self = context;
     if (!fsm_timed_model_look(self, state))
-        return UINT64_MAX; /* the failure is told by the model */
+        return UINT64_MAX; /* the model reports the failure */
     for (size_t i = 0; i < steps->count; i++)
         ended[i] = self->moves[i].ended;
     return self->running;

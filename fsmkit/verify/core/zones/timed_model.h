@@ -1,15 +1,15 @@
-/* timed_model.h: dense time as an fsm_model, for what cannot be told of zones that cover each other.
+/* timed_model.h: dense time as an fsm_model, for properties that zones which cover each other do not decide.
  *
  * A state is a discrete part and a zone, and no zone is passed over for a larger one: only equal ones are one state. So a
  * path in the graph, an endless one too, is one of points, and the other way round (Tripakis 2009): each point of a zone
- * comes from some point of the zone before, or from one that no comparison tells apart from it. No two clocks are ever
- * compared with each other: what goes first of the timers of a machine is told by whether those armed earlier are below
- * their own durations. So how far a clock is beyond all that it is compared with may be forgotten (Extra_M of Behrmann,
+ * comes from some point of the zone before, or from one that no comparison distinguishes from it. No two clocks are ever
+ * compared with each other: the first of the timers of a machine follows from whether those armed earlier are below
+ * their own durations. So how far a clock is beyond all compared constants may be forgotten (Extra_M of Behrmann,
  * Bouyer, Larsen, Pelanek 2006); that concerns timers whose interval has no end, all others never pass their deadlines.
  *
  * A state is stable, or is not, with all its points: a stable one holds points in which no machine has anything left to
- * do and no timer is due, time passed or not; its zone is open towards the deadlines. Where a timer is due, there is a
- * state for each machine with the one of its due timers that goes first. A step of time leads there. Else no time
+ * do and no timer has expired, time passed or not; its zone is open towards the deadlines. If a timer has expired, there is a
+ * state for each machine with the first of its expired timers. A step of time leads there. Else no time
  * passes in steps. A step may end in several states, for some points in this one and for others in that one.
  *
  * Zeno runs. Time can pass without end on a run that comes to stable states again and again if and only if each timer
@@ -18,7 +18,7 @@
  * their deadlines from some time on; then the same steps can be taken with a little more time between them, as long as
  * each timer ends early enough, and as each lives for a number of steps only, that little need not tend to 0. Timers of
  * a machine lie in the order of arming, so one that never ends is the first of its machine some time, for ever:
- * `running` of the model tells that. */
+ * `running` of the model expresses that. */
 #ifndef FSM_TIMED_MODEL_H
 #define FSM_TIMED_MODEL_H
 
@@ -32,7 +32,7 @@
  * that is covered before its steps were enumerated has one step, which no machine does: to the state that covers it.
  *
  * FSM_COVER_SIMULATED: each point of the new zone is simulated by a point of the other one, by the abstraction aLU (zones.h).
- * Stable points are simulated by stable ones. A point in which a timer is due may be simulated by one in which it is not,
+ * Stable points are simulated by stable ones. A point in which a timer has expired may be simulated by one in which it has not,
  * which does the same steps. Which events and timers are possible in a stable state depends on its discrete part
  * only, so the run that simulates a fair one is fair.
  *
@@ -70,7 +70,7 @@ typedef struct {
     bool has_choices; /* some timer has a choice of when to fire: else aLU is the subset relation */
     bool partial;     /* only states whose steps are kept are explored; the others have no steps and the marks `hoped` */
     uint32_t hoped;   /* a set of marks */
-    bool exact;       /* for now, states are told apart as by FSM_COVER_EQUAL and are no nodes */
+    bool exact;       /* for now, states are distinguished as by FSM_COVER_EQUAL and are no nodes */
     fsm_family *covers; /* by part: the states that no other one covers; `pair` is the node */
     uint32_t cover_room;
     size_t entry_room;  /* of all `covers` */
@@ -86,14 +86,14 @@ typedef struct {
     fsm_timed_move *moves;
     size_t move_count, move_room;
     fsm_lists marks;
-    uint32_t *marks_of; /* by discrete part; FSM_NONE: not asked yet */
+    uint32_t *marks_of; /* by discrete part; FSM_NONE: not requested yet */
     uint32_t part_room;
     const char *failure;
 
     /* the state whose steps are enumerated, and where these go */
     uint32_t tuple[FSM_MOST_MACHINES + 1];
     uint32_t size;
-    bool waits, stable; /* no machine has anything to do but to wait for its timers; and none is due */
+    bool waits, stable; /* no machine has anything to do but to wait for its timers; and no timer has expired */
     fsm_bound *zone, *part, *other, *upper;
     fsm_limits *limits;
     fsm_steps *steps, again;
@@ -128,7 +128,7 @@ typedef struct {
     const fsm_bound *zone;
 } fsm_timed_points;
 
-/* Cuts out the points in which no timer is due; false if there are none. */
+/* Restricts to the points in which no timer has expired; false if that is empty. */
 bool fsm_timed_cut_stable(fsm_timed_model *self, const fsm_timed_points *at, fsm_bound *part);
 
 /* The timer that was looked at last, and its machine, with the clocks of the machines before; at first all are 0. */
@@ -136,10 +136,11 @@ typedef struct {
     uint32_t machine, first, clock;
 } fsm_timed_due;
 
-/* Cuts out the points in which the next timer is due, and none of its machine that was armed earlier; false after the last. */
+/* Restricts to the points in which the next timer has expired, but none of its machine that was
+ * armed earlier; false after the last. */
 bool fsm_timed_cut_due(fsm_timed_model *self, const fsm_timed_points *at, fsm_timed_due *next, fsm_bound *part);
 
-/* From now on states are told apart by their zones; or not any more. */
+/* From now on states are distinguished by their zones; or not any more. */
 void fsm_timed_be_exact(fsm_timed_model *self, bool exact);
 
 /* The steps of a state, in `moves`. False if the model gave up. */

@@ -161,7 +161,7 @@ static bool arrive(move *self)
     return self->visit(self->context, &self->step);
 }
 
-/* Stops the watch, or lets it run on, or begin; each way is a step of its own. */
+/* Stops the watch, or lets it continue, or starts it; each case is a step of its own. */
 static bool arrive_with_watch(move *self, bool ran, bool begins)
 {
     fsm_timed *t = self->timed;

@@ -15,7 +15,7 @@ typedef struct {
 } arc;
 
 typedef struct {
-    uint32_t from, left; /* the place it begins in; its steps to where some points may not get there */
+    uint32_t from, left; /* the place it starts in; its steps to states where some points may not reach the mark */
 } group;
 
 typedef struct {
@@ -96,7 +96,7 @@ static void spread(sureness *self)
     }
 }
 
-/* Whether all points of all states get to the mark, `*all`; false if that could not be told. */
+/* Whether all points of all states reach the mark, `*all`; false if that could not be decided. */
 static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t mark, bool *all)
 {
     const fsm_set *passed = &search->passed;
@@ -133,7 +133,7 @@ static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t m
 
 /* --- a run as the zones perform it -------------------------------------------------------------------------- */
 
-/* The ordinal of the step of a number where zones have come to; FSM_NONE if there is none. */
+/* The ordinal of the step of a number where zones have come to; FSM_NONE: no such step. */
 static uint32_t perform(fsm_timed *timed, fsm_timed_sought *at, uint32_t number)
 {
     uint32_t tuple[FSM_MOST_MACHINES + 1];
@@ -152,7 +152,7 @@ static uint32_t perform(fsm_timed *timed, fsm_timed_sought *at, uint32_t number)
 }
 
 /* Adds what all points of a state have in common: which timers are due, and which are not. */
-static bool tell_point(fsm_timed_model *self, fsm_state state, fsm_path *path)
+static bool report_point(fsm_timed_model *self, fsm_state state, fsm_path *path)
 {
     uint32_t clock = 1;
     if (!fsm_timed_model_look(self, state))
@@ -187,7 +187,7 @@ static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought
         uint32_t number = fine ? self->moves[ordinal].number : FSM_NONE;
         fsm_state to = fine ? steps.items[ordinal].to : FSM_NO_STATE;
         if (number != FSM_NONE) {
-            fine = fine && (initial || tell_point(self, from, &told));
+            fine = fine && (initial || report_point(self, from, &told));
             ordinal = perform(&self->timed, at, number);
             self->at = FSM_NO_STATE; /* the limits of others are in hand */
             fine = fine && ordinal != FSM_NONE && fsm_path_add(&told, ordinal);
@@ -330,7 +330,7 @@ static bool repeat(fsm_timed_model *self, fsm_state at, const leg *legs, size_t 
     return false;
 }
 
-/* Replaces a run of the graph by one from exact zone to exact zone; false if there is none or memory ran out. */
+/* Replaces a run of the graph by one from exact zone to exact zone; false if there is no such run or memory ran out. */
 static bool make_exact(fsm_timed_model *self, fsm_lasso *lasso)
 {
     fsm_lasso exact = {.violated = lasso->violated};
@@ -365,7 +365,7 @@ static fsm_timed_answer answer_with(fsm_timed_model *self, bool known, fsm_lasso
         fsm_state last = rewrite(self, FSM_NO_STATE, &at, &found.lasso.path);
         last = last != FSM_NO_STATE && rounds ? rewrite(self, last, &at, &found.lasso.cycle) : last;
         told = last != FSM_NO_STATE
-            && tell_point(self, last, rounds ? &found.lasso.cycle : &found.lasso.path);
+            && report_point(self, last, rounds ? &found.lasso.cycle : &found.lasso.path);
     }
     fsm_timed_be_exact(self, false);
     if (!told) {
@@ -402,11 +402,11 @@ fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search
                : undecided("whether it can be reached again depends on when events come");
 }
 
-fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t asked, uint32_t answer,
+fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t request, uint32_t answer,
                                     bool timeless)
 {
     fsm_lasso lasso;
-    bool known = fsm_find_unanswered(search, asked, answer, timeless, &lasso);
+    bool known = fsm_find_violations(search, request, answer, timeless, &lasso);
     if (known && lasso.violated && !make_exact(self, &lasso)) {
         fsm_lasso_free(&lasso);
         return undecided("");

@@ -5,8 +5,8 @@
 #include "liveness/liveness.h"
 #include "zones/timed_model.h"
 
-/* In the path of an answer, before a step or at the end, n times 2 below this: when that comes the timer n is due; one
- * less: it is not. Timers of a machine are counted from FSM_MOST_CLOCKS times the number of the machine on. */
+/* In the path of an answer, before a step or at the end, n times 2 below this: then the timer n has expired; one
+ * less: it has not. Timers of a machine are counted from FSM_MOST_CLOCKS times the number of the machine on. */
 #define FSM_TIMED_DUE ((uint32_t)-2)
 
 typedef struct {
@@ -32,7 +32,7 @@ fsm_timed_answer fsm_timed_recoverable(fsm_timed_model *self, fsm_search *search
 /* `leads_to`. A cycle of the graph is followed from exact zone to exact zone until one of these comes again. If it does not, the
  * property stays undecided (Herbreteau, Srivathsan, Tran, Walukiewicz 2016, "Why liveness for timed automata is hard, and what
  * we can do about it"). */
-fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t asked, uint32_t answer,
+fsm_timed_answer fsm_timed_leads_to(fsm_timed_model *self, fsm_search *search, uint32_t request, uint32_t answer,
                                     bool timeless);
 
 /* For `trace` of the search: the path by which the first such state was found, from zone to zone. */

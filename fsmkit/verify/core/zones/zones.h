@@ -86,8 +86,8 @@ bool fsm_zone_unmap(fsm_bound *zone, uint32_t size, const fsm_bound *image, uint
 /* Forgets how far a clock is beyond `most`; closed afterwards. */
 void fsm_zone_extrapolate(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t most);
 
-/* Forgets how far each clock is beyond most[i], at once for all: one by one they would tell each other again. What is
- * added cannot be told apart by comparing single clocks with constants up to these (Extra_M, and of a clock that is
+/* Forgets how far each clock is beyond most[i], at once for all: one by one they would restore each other. Added
+ * points cannot be distinguished by comparing single clocks with constants up to these (Extra_M, and of a clock that is
  * beyond in all points every difference: Behrmann et al. 2006); closed afterwards. */
 void fsm_zone_forget(fsm_bound *zone, uint32_t size, const int32_t *most);
 
@@ -104,7 +104,7 @@ typedef struct {
     fsm_store narrow[FSM_MOST_CLOCKS + 1], wide[FSM_MOST_CLOCKS + 1]; /* by the number of clocks */
     bool made[FSM_MOST_CLOCKS + 1];
     size_t bytes;
-    const fsm_bound *held; /* the zone at hand, and the same in 16 bits a bound if it fits */
+    const fsm_bound *held; /* the current zone, and the same in 16 bits a bound if it fits */
     uint32_t size;
     bool fits;
     int16_t *packed;
@@ -123,7 +123,7 @@ uint32_t fsm_zones_keep(fsm_zones *self, size_t limit);
 /* The number of the zone in hand if it is kept; FSM_NONE else. */
 uint32_t fsm_zones_find(const fsm_zones *self);
 
-/* A summary of a zone, by which most that do not cover each other are told apart: a bit for each pair of
+/* A summary of a zone, by which most that do not cover each other are distinguished: a bit for each pair of
  * clocks, whether the first may be greater; and four sums of bounds. Only of clocks whose two limits are
  * the same (of all, if `limits` is NULL), and only for zones in which no clock passes its upper limit. */
 typedef struct {

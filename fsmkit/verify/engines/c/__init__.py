@@ -1,1 +1,1 @@
-"""The search in C: binds generated machines to ``verify/core``, compiles that once, runs it."""
+"""The search in C: bind generated machines to ``verify/core``, compile once, run."""

@@ -1,8 +1,8 @@
-"""The C between a generated machine and the search: its table as a ``fsm_machine``.
+"""Print the binding of a generated machine to the search: its table as a ``fsm_machine``.
 
-All that is done with a machine is in ``core/system/machine.c``, by its description
-(``fsm_info.h``) and by this table, which holds what an exploration knows beyond that. The source of
-an invoked machine is compiled within its own file, under hooks of its own.
+``core/system/machine.c`` drives a machine by its description (``fsm_info.h``) and by this table,
+which holds the additional facts of an exploration. The source of an invoked machine is compiled
+within its own file, with hooks of its own.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ CLEARED = ("asked", "budget", "busy", "failed", "now", "rejected", "reply", "unh
 
 
 @dataclass(frozen=True, slots=True)
-class Built:
-    """A machine as the binding sees it: its C names, and the members its struct has."""
+class BoundMachine:
+    """A machine in the binding: its C names, and the members of its struct."""
 
     number: int
     chart: Chart
     own: str
-    """What it is called in C, where it is told from others of its shape."""
+    """Its C name, distinct from others of its shape."""
     names: Names
     members: frozenset[str]
     constants: tuple[int, ...] = ()
@@ -71,7 +71,7 @@ class Built:
 def prefix_of(number: int, name: str) -> str:
     """Return the prefix under which a machine of a system is generated for exploration.
 
-    Files are called by it, which no name of a machine may make too long for a file system.
+    It also names files, so it is short enough for a file system whatever the machine's name is.
     """
     return f"m{number}_{snake(name)[:LONGEST_NAME]}"
 
@@ -79,7 +79,7 @@ def prefix_of(number: int, name: str) -> str:
 def options_for(chart: Chart, *, tells_reads: bool = False) -> Options:
     """Return the options with which a chart is generated for exploration.
 
-    Straight code of thousands of states takes a compiler minutes; tables take it seconds.
+    A compiler takes minutes for straight code of thousands of states, and seconds for tables.
     ``tells_reads``: inputs are chosen when they are read, see `ClosedSystem.read_inputs`.
     """
     states = sum(len(one.states) for one in charts_within(chart))
@@ -89,18 +89,18 @@ def options_for(chart: Chart, *, tells_reads: bool = False) -> Options:
 
 def bind(
     closed: ClosedSystem, shape: Shape, generated: Machine
-) -> tuple[list[Built], dict[str, str]]:
-    """Return the machines of a shape, and the files of them and of what they invoke."""
+) -> tuple[list[BoundMachine], dict[str, str]]:
+    """Return the machines of a shape, and the files of them and of their invoked machines."""
     files = dict(generated.files)
     prefix = generated.names.prefix
     files[f"{prefix}_info.inc"] = files.pop(f"{prefix}_info.c")
     *invoked, (names, members) = generated.family
     for inner, its_members in invoked:
-        session = Built(shape.machines[0], inner.chart, inner.prefix, inner, its_members)
+        session = BoundMachine(shape.machines[0], inner.chart, inner.prefix, inner, its_members)
         files[f"{inner.prefix}.inc"] = files.pop(f"{inner.prefix}.c")
         files[f"explore_{inner.prefix}.c"] = _session_file(closed, session)
     built = [
-        Built(number, closed.charts[number], own, names, members, constants)
+        BoundMachine(number, closed.charts[number], own, names, members, constants)
         for number, constants in zip(shape.machines, shape.values, strict=True)
         for own in (prefix_of(number, closed.system.machines[number].name),)
     ]
@@ -146,10 +146,10 @@ def _integer(value: int) -> str:
 
 
 @printing
-def _machines_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
-    """Return the tables of the machines of a shape; which of them runs is known by the recorder."""
+def _machines_file(closed: ClosedSystem, built: Sequence[BoundMachine]) -> str:
+    """Return the tables of the machines of a shape; the recorder selects the running one."""
     out, names = Emitter(), built[0].names
-    out.line(f"/* What the explorer knows of `{comment(names.chart.name)}`. */")
+    out.line(f"/* The explorer's tables of `{comment(names.chart.name)}`. */")
     out.lines([f'#include "{names.prefix}.h"', '#include "system/machine.h"'])
     out.line(f'#include "{names.prefix}_info.inc"')
     inner = [f"fsm_machine_{within.prefix}" for within in names.invoked]
@@ -167,11 +167,11 @@ def _machines_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
 
 
 @printing
-def _session_file(closed: ClosedSystem, built: Built) -> str:
+def _session_file(closed: ClosedSystem, built: BoundMachine) -> str:
     """Return the table of a machine in a slot, with its code, which has hooks of its own."""
     out, p = Emitter(), built.prefix
     path = quoted(_path_of(built.names))
-    out.line(f"/* What the explorer knows of `{comment(built.chart.name)}`. */")
+    out.line(f"/* The explorer's tables of `{comment(built.chart.name)}`. */")
     out.lines([f'#include "{p}.h"', '#include "system/machine.h"'])
     out.lines([f"#define FSM_PATH {path}", '#include "system/inner_hooks.h"'])
     out.lines([f'#include "{p}.inc"', f"extern const fsm_machine_info {p}_info;"])
@@ -187,17 +187,17 @@ def _path_of(names: Names) -> str:
     return "".join(f"{plain(slot)}: " for slot in names.path)
 
 
-def _tries(closed: ClosedSystem, built: Built) -> bool:
+def _tries(closed: ClosedSystem, built: BoundMachine) -> bool:
     return has_data_trigger(closed.system.machines[built.number], built.chart)
 
 
 class _Binding:
-    """Prints the tables of one machine, but for those that are ``printed`` in the file."""
+    """Prints the tables of one machine, except those that are ``printed`` in the file already."""
 
     def __init__(
         self,
         closed: ClosedSystem,
-        built: Built,
+        built: BoundMachine,
         out: Emitter,
         printed: dict[tuple[str, ...], str],
         *,
@@ -211,7 +211,7 @@ class _Binding:
         self._printed = printed
 
     def print(self, place: int) -> None:
-        """Print them, and the ``fsm_machine``, the one of that place in the file."""
+        """Print the tables and the ``fsm_machine`` with that index in the file."""
         inner = [f"&fsm_machine_{names.prefix}" for names in self._names.invoked]
         table: dict[str, object] = {
             "path": quoted(_path_of(self._names)),
@@ -225,7 +225,7 @@ class _Binding:
             self._out.lines(f".{name} = {value}," for name, value in given.items())
 
     def _table(self, ctype: str, name: str, rows: Sequence[object]) -> str:
-        """Print an array, if there is no such one; return its name, or NULL if it has nothing."""
+        """Print an array, unless it exists; return its name, or NULL if it is empty."""
         if not rows:
             return "NULL"
         key = (ctype, *map(str, rows))
@@ -242,7 +242,7 @@ class _Binding:
         return self._table("unsigned char", name, listed if any(listed) else [])
 
     def _spans(self, name: str, members: Iterable[tuple[int, str]]) -> dict[str, object]:
-        """Print where members lie, each with its part; those that the struct has."""
+        """Print the offsets of members, each with its part; only members that the struct has."""
         p = self._built.prefix
         rows = [
             f"{{{part}u, offsetof({p}, {member}), sizeof((({p} *)0)->{member})}}"
@@ -263,7 +263,7 @@ class _Binding:
         paths = (f"{OWN}.{name}" for name in names)
         return [(0, path) for path in paths if path in self._built.members]
 
-    # --- of each machine ----------------------------------------------------------------------
+    # --- for each machine ---------------------------------------------------------------------
 
     def _common(self) -> dict[str, object]:
         closed, chart = self._closed, self._chart
@@ -297,7 +297,7 @@ class _Binding:
         return self._table("fsm_number_list", "deferring", rows if is_deferring else [])
 
     def _host(self) -> dict[str, object]:
-        """Print what operations return, and where wires begin: none at an invoked machine."""
+        """Print the results of operations, and the starts of wires: none for an invoked machine."""
         chart = self._chart
         first = len((self._machine.chart if self._is_outer else chart).events)
         ports = range(max(len(chart.events), first + len(chart.operations)))
@@ -319,7 +319,7 @@ class _Binding:
         links = self._closed.system.event_links
         return self._is_outer and any((link.source, link.port) == begin for link in links)
 
-    # --- of the outermost -----------------------------------------------------------------------
+    # --- for the outermost machine ---------------------------------------------------------------
 
     def _outermost(self) -> dict[str, object]:
         closed, chart, machine = self._closed, self._chart, self._machine
@@ -338,8 +338,12 @@ class _Binding:
             "microsteps": f"{self._names.upper}_MICROSTEPS",
             "look": "UINT32_MAX" if look is None else look,
             "noted": self._table("unsigned char", "noted", noted),
-            "asked": self._flags("asked", ((number, n) in asked for n in range(len(noted)))),
-            "heard": self._flags("heard", (self._links(OBSERVED + n) for n in range(len(noted)))),
+            "by_property": self._flags(
+                "by_property", ((number, n) in asked for n in range(len(noted)))
+            ),
+            "by_monitor": self._flags(
+                "by_monitor", (self._links(OBSERVED + n) for n in range(len(noted)))
+            ),
             "slack": self._table("uint32_t", "slack", slack if is_interval else []),
             **self._variables(),
             **self._parts(),
@@ -351,7 +355,7 @@ class _Binding:
         }
 
     def _variables(self) -> dict[str, object]:
-        """Print what is wired, chosen and reset."""
+        """Print the wired, chosen and reset variables."""
         closed, chart = self._closed, self._chart
         places = {v.name: n for n, v in enumerate((*chart.data, *chart.outputs, *chart.inputs))}
         whole = {name: f"{{{place}u, UINT32_MAX}}" for name, place in places.items()}
@@ -400,7 +404,7 @@ class _Binding:
         }
 
     def _ranges(self) -> Iterator[str]:
-        """Yield of each shared variable its least value, and how many it has if these are few."""
+        """Yield for each shared variable its minimum, and its number of values if that is small."""
         for slot in self._machine.shared:
             match type_of_slot(self._chart, slot):
                 case lang.BoolType():
@@ -420,7 +424,7 @@ class _Binding:
         return self._table("unsigned char", name, list(bits))
 
     def _parts(self) -> dict[str, object]:
-        """Print which bytes belong to which part."""
+        """Print the bytes that belong to each part."""
         names, chart = self._names, self._chart
         variables = {
             Kind.INPUT: chart.inputs, Kind.DATA: chart.data, Kind.OUTPUT: chart.outputs,

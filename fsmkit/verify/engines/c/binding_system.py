@@ -1,4 +1,4 @@
-"""The C of a closed system: its wires, what may happen, and the evaluation of its properties."""
+"""Print the C of a closed system: its wires, its external events, and its properties."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.language import Variable as Named
 from fsmkit.language.walk import nodes
 from fsmkit.system.properties.condition import Atom
 from fsmkit.system.properties.property import Property, evaluated, observed_events
-from fsmkit.verify.engines.c.binding import MOST_VALUES, Built, payload_of
+from fsmkit.verify.engines.c.binding import MOST_VALUES, BoundMachine, payload_of
 from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
 from fsmkit.verify.engines.c.splitting import parts_of
@@ -20,7 +20,7 @@ from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 
 @printing
-def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
+def system_file(closed: ClosedSystem, built: Sequence[BoundMachine]) -> str:
     """Return the file of a system."""
     out = Emitter()
     out.line(f"/* The system `{comment(closed.system.name)}`. */")
@@ -41,7 +41,7 @@ def system_file(closed: ClosedSystem, built: Sequence[Built]) -> str:
     return out.finish()
 
 
-def _links(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
+def _links(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
     with out.block("static const fsm_event_link event_links[] = {", "};"):
         for link in closed.system.event_links:
             _within_bounds(len(link.arguments))
@@ -53,14 +53,14 @@ def _links(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     with out.block("static const fsm_input_link input_links[] = {", "};"):
         for wire in closed.system.input_links:
             target = built[wire.target]
-            is_shared = wire.input >= len(target.chart.inputs)  # behind the constants there
+            is_shared = wire.input >= len(target.chart.inputs)  # after the constants there
             place = wire.input + is_shared * len(target.constants)
             out.line(f"{{{wire.source}u, {wire.output}u, {wire.target}u, {place}u}},")
         out.line("{0}")
     out.line()
 
 
-def _possible(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
+def _possible(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
     with out.block("static const fsm_possible possible[] = {", "};"):
         for what in closed.possible:
             machine = built[what.machine]
@@ -86,7 +86,7 @@ def _within_bounds(values: int) -> None:
 # --- properties -----------------------------------------------------------------------------------
 
 
-def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
+def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
     events = observed_events(closed.system.properties)
     all_evaluated = _with_parts(closed)
     for number, property_ in enumerate(all_evaluated):
@@ -108,14 +108,14 @@ def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> Non
                     out.line(f"    return evaluate_{number}({arguments});")
                 out.lines(["default:", "    return false;"])
         out.line()
-    with out.block("static const fsm_asked asked[] = {", "};"):
+    with out.block("static const fsm_observed_event observed[] = {", "};"):
         out.lines(f"{{{machine}u, {event}u}}," for machine, event in events)
         out.line("{0}")
     out.line()
 
 
 def _with_parts(closed: ClosedSystem) -> list[Property]:
-    """Return all that is evaluated, and behind that the parts of it."""
+    """Return the evaluated conditions, followed by their parts."""
     whole = evaluated(closed.system.properties)
     return [*whole, *(part for property_ in whole for part in parts_of(property_))]
 
@@ -124,7 +124,7 @@ def _evaluate_one(
     out: Emitter,
     number: int,
     property_: Property,
-    built: Sequence[Built],
+    built: Sequence[BoundMachine],
     events: Sequence[tuple[int, int]],
 ) -> None:
     atoms = dict(property_.atoms)
@@ -165,8 +165,8 @@ def _evaluate_one(
     out.line()
 
 
-def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
-    """Write what copies all that properties read of a machine."""
+def _see(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
+    """Write the function that copies all data of a machine that properties read."""
     read: list[dict[str, str]] = [{} for _ in built]
     for property_ in evaluated(closed.system.properties):
         for atom in _atoms_of(property_):
@@ -204,7 +204,7 @@ def _see(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
 
 
 def _reads(out: Emitter, closed: ClosedSystem) -> None:
-    """Write which machines each property looks at, and where its parts are."""
+    """Write the machines that each property reads, and the locations of its parts."""
     whole = evaluated(closed.system.properties)
     parts, rows = [], []
     first = len(whole)
@@ -242,7 +242,7 @@ def _owner(property_: Property) -> set[int]:
     return set() if property_.owner is None else {property_.owner}
 
 
-def _active(machine: Built, state: int) -> str:
+def _active(machine: BoundMachine, state: int) -> str:
     if state == 0:
         return "true"
     return f"{machine.prefix}_in(m{machine.number}, {machine.names.states[state]})"
@@ -251,14 +251,14 @@ def _active(machine: Built, state: int) -> str:
 # --- the table ------------------------------------------------------------------------------------
 
 
-def _machines(out: Emitter, built: Sequence[Built]) -> None:
+def _machines(out: Emitter, built: Sequence[BoundMachine]) -> None:
     with out.block("static const fsm_machine *const machines[] = {", "};"):
         out.lines(f"&fsm_machine_{machine.own}," for machine in built)
     out.line()
 
 
-def _turns(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
-    """Write whose turn it is, of a cyclic schedule: ``turn`` of ``fsm_system``."""
+def _turns(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
+    """Write the turns of a cyclic schedule: ``turn`` of ``fsm_system``."""
     schedule = closed.system.schedule
     if schedule is None:
         return
@@ -274,8 +274,8 @@ def _turns(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
     out.line()
 
 
-def _freezers(out: Emitter, closed: ClosedSystem, built: Sequence[Built]) -> None:
-    """Write which nodes may freeze: ``freezers`` and ``hold`` of ``fsm_system``."""
+def _freezers(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
+    """Write the nodes that may freeze: ``freezers`` and ``hold`` of ``fsm_system``."""
     if not closed.freezers:
         return
     listed = (
@@ -304,9 +304,11 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
         out.line(f".input_link_count = {len(system.input_links)}u,")
         out.line(f".possible_count = {len(closed.possible)}u,")
         out.line(f".property_count = {len(evaluated(system.properties))}u,")
-        out.lines([".evaluate = evaluate,", ".evaluate_step = evaluate_step,", ".asked = asked,"])
+        out.lines(
+            [".evaluate = evaluate,", ".evaluate_step = evaluate_step,", ".observed = observed,"]
+        )
         out.lines([".reads = reads,", ".parts = parts,"])
-        out.line(f".asked_count = {len(observed_events(system.properties))}u,")
+        out.line(f".observed_count = {len(observed_events(system.properties))}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         if system.schedule is not None:
             out.lines([".ordered = ordered,", ".turn = turn,"])

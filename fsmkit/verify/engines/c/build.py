@@ -1,4 +1,4 @@
-"""Compiles a program of several C files, once for each content, and keeps it in a cache."""
+"""Compile a program of several C files, once for each content, and keep it in a cache."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ END = "[ $code -gt 128 ] && kill -$((code - 128)) $$\nexit $code"
 
 
 class Builder:
-    """Compiles with one command; what it made is there until it is closed."""
+    """Compiles with one command; its programs exist until it is closed."""
 
     def __init__(
         self,
@@ -34,11 +34,11 @@ class Builder:
         findings: Findings,
         parts: Path | None = None,
     ) -> None:
-        """``compiler``: its path and options. Where nothing can be kept, ``findings`` has why.
+        """``compiler``: its path and options. If the cache is unusable, ``findings`` receives why.
 
-        ``parts``: a folder in which each file is compiled by itself, once for each content, and
-        from which programs are only linked; they are not kept. For many programs that differ in
-        little.
+        ``parts``: a folder in which each file is compiled separately, once for each content.
+        Programs are then only linked from it, and not cached: for many programs with small
+        differences.
         """
         self._parts = parts
         self._compiler = tuple(compiler)
@@ -49,24 +49,24 @@ class Builder:
         try:
             self._cache = Cache(cache_folder())
         except UnusableError as error:
-            self._not_kept(str(error))
+            self._warn_uncached(str(error))
 
     def close(self) -> None:
-        """Give free what is kept, and remove what is not."""
+        """Release cached programs, and remove the others."""
         self._held.close()
 
     def program(
         self, core: Mapping[str, str], files: Mapping[str, str], options: Sequence[str] = ()
     ) -> Path:
-        """Return the program of all these texts; the objects of the core serve other programs, too.
+        """Return the program of these sources; programs share the objects of the core.
 
-        The ``options`` are for the files alone.
+        The ``options`` are for the files only.
 
-        Raises `FsmkitError` where it cannot be made, `TimeUp` where the compiler takes too long.
+        Raises `FsmkitError` if the compilation fails, `TimeUp` if the compiler takes too long.
         """
         if self._parts is not None:
             with self._deadline.stage(Stage.COMPILING):
-                return self._linked(core, files, options, self._parts)
+                return self._link(core, files, options, self._parts)
         name = self._name([core, files, dict.fromkeys(options, "")])
         found = self._find(name)
         if found is not None:
@@ -80,21 +80,21 @@ class Builder:
             self._compile([arguments], folder, [PROGRAM])
             return self._keep(name, {PROGRAM: folder / PROGRAM}) / PROGRAM
 
-    def _linked(
+    def _link(
         self,
         core: Mapping[str, str],
         files: Mapping[str, str],
         options: Sequence[str],
         parts: Path,
     ) -> Path:
-        """Return a program whose files are compiled one by one, if they are not yet."""
+        """Return a program whose files are compiled separately, unless they exist already."""
         folder = self._folder()
         headers = {name: text for name, text in core.items() if name.endswith(".h")}
         whole = {**headers, **files}
         sources = _write(whole, folder)
         made = {
             source: parts
-            / f"{self._name([_included(source, whole), dict.fromkeys(options, '')])}.o"
+            / f"{self._name([_with_includes(source, whole), dict.fromkeys(options, '')])}.o"
             for source in sources
         }
         core_objects = list(map(str, self._objects(core)))
@@ -111,10 +111,10 @@ class Builder:
                     [[*map(str, made.values()), *core_objects, "-o", PROGRAM]], folder, [PROGRAM]
                 )
             except OSError as error:
-                raise _no_room(error) from error
+                raise _folder_error(error) from error
             except FsmkitError:
                 if is_last or all(path.is_file() for path in made.values()):
-                    raise  # else somebody has emptied the folder of parts in between
+                    raise  # otherwise another process emptied the folder of parts in between
             else:
                 break
         return folder / PROGRAM
@@ -143,16 +143,16 @@ class Builder:
         return None if self._cache is None else self._cache.find(name, self._held)
 
     def _keep(self, name: str, files: Mapping[str, Path]) -> Path:
-        """Return where files are from now on: kept, or where they were made."""
+        """Return the new location of files: in the cache, or where they were created."""
         if self._cache is not None:
             try:
                 return self._cache.add(name, files, self._held)
             except OSError as error:
                 self._cache = None
-                self._not_kept((error.strerror or type(error).__name__).lower())
+                self._warn_uncached((error.strerror or type(error).__name__).lower())
         return next(iter(files.values())).parent
 
-    def _not_kept(self, why: str) -> None:
+    def _warn_uncached(self, why: str) -> None:
         place = ""
         with suppress(UnusableError):
             place = f" in `{cache_folder()}`"
@@ -167,11 +167,11 @@ class Builder:
     # --- compiling -----------------------------------------------------------------------------
 
     def _folder(self) -> Path:
-        """Return a new folder that is there until all is closed."""
+        """Return a new folder that exists until all is closed."""
         try:
             made = tempfile.TemporaryDirectory(prefix="fsmkit-", ignore_cleanup_errors=True)
         except OSError as error:
-            raise _no_room(error) from error
+            raise _folder_error(error) from error
         return Path(self._held.enter_context(made))
 
     @property
@@ -179,11 +179,11 @@ class Builder:
         return os.cpu_count() or 1
 
     def _compile(self, tasks: Sequence[Sequence[str]], folder: Path, made: Iterable[str]) -> None:
-        """Run the compiler, for all tasks at once; its temporary files are in the folder, too."""
+        """Run the compiler for all tasks in parallel, with its temporary files in the folder."""
         command = self._compiler[0]
         try:
             done = run(
-                _at_once([[*self._compiler, "-I.", *arguments] for arguments in tasks]),
+                _parallel_command([[*self._compiler, "-I.", *arguments] for arguments in tasks]),
                 seconds=self._deadline.left,
                 folder=folder,
                 environment={"TMPDIR": str(folder), "LC_ALL": "C"},
@@ -199,16 +199,16 @@ class Builder:
             return
         raise fail(
             "explorer-build",
-            f"`{command}` cannot compile the explorer: {_said(done.code, done.err)}",
+            f"`{command}` cannot compile the explorer: {_compiler_message(done.code, done.err)}",
             help="free memory and disk space, name another compiler in CC, or use "
-            "`--engine python`; if it is none of that, please report it",
+            "`--engine python`; if nothing of that helps, please report it",
         )
 
 
 def _put(made: Path, target: Path) -> None:
-    """Put a file where others look for it, whole from the first moment on, in a folder made anew.
+    """Move a file to its shared location in one step, in a folder created anew.
 
-    Temporary folders are emptied by others, too, and several processes may share one of parts.
+    Other programs may empty temporary folders, and several processes may share one of parts.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     opened, name = tempfile.mkstemp(prefix=".new-", dir=target.parent)
@@ -221,7 +221,7 @@ def _put(made: Path, target: Path) -> None:
         raise
 
 
-def _included(source: str, files: Mapping[str, str]) -> dict[str, str]:
+def _with_includes(source: str, files: Mapping[str, str]) -> dict[str, str]:
     """Return a file with all of the others that it includes, at any depth."""
     found: dict[str, str] = {}
     left = [source]
@@ -233,7 +233,7 @@ def _included(source: str, files: Mapping[str, str]) -> dict[str, str]:
     return found
 
 
-def _at_once(commands: Sequence[Sequence[str]]) -> Sequence[str]:
+def _parallel_command(commands: Sequence[Sequence[str]]) -> Sequence[str]:
     """Return the command that runs several and ends when all have, with the code of a failure."""
     if len(commands) == 1:
         return commands[0]
@@ -242,8 +242,8 @@ def _at_once(commands: Sequence[Sequence[str]]) -> Sequence[str]:
     return ("sh", "-c", "\n".join(["code=0", *begin, *end, END]))
 
 
-def _said(code: int, words: str) -> str:
-    """Return the line of a compiler that says most."""
+def _compiler_message(code: int, words: str) -> str:
+    """Return the most informative line of a compiler's output."""
     lines = [line.strip() for line in words.splitlines() if line.strip()]
     marked = [line for line in lines if "error" in line or "No space left" in line]
     if marked:
@@ -251,7 +251,7 @@ def _said(code: int, words: str) -> str:
     if code < 0:
         with suppress(ValueError):
             return f"it was ended by {signal.Signals(-code).name}"
-    return lines[-1] if lines else f"it ended with code {code}" if code else "it made no program"
+    return lines[-1] if lines else f"it ended with code {code}" if code else "it wrote no program"
 
 
 def _write(files: Mapping[str, str], folder: Path) -> list[str]:
@@ -261,14 +261,15 @@ def _write(files: Mapping[str, str], folder: Path) -> list[str]:
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise _no_room(error) from error
+        raise _folder_error(error) from error
     return sorted(name for name in files if name.endswith(".c"))
 
 
-def _no_room(error: OSError) -> FsmkitError:
+def _folder_error(error: OSError) -> FsmkitError:
+    """Return the error for a missing or full temporary folder."""
     reason = (error.strerror or type(error).__name__).lower()
     return fail(
         "explorer-build",
-        f"the explorer cannot be compiled, for want of a folder to write in: {reason}",
+        f"the explorer cannot be compiled, because no folder is writable: {reason}",
         help="free space, or name another folder in TMPDIR; or use `--engine python`",
     )

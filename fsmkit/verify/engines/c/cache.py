@@ -1,10 +1,11 @@
-"""Programs that were compiled once, kept for the next time in a folder of the user's own.
+"""A cache of compiled programs in a folder of the user's own.
 
-What is kept is executed, so it counts only where nobody else can have put it: folder, entry and
-files belong to this user and nobody else can write them, and no folder above can be exchanged by
-others. An entry is a folder with its files and their hashes in `SUMS`. It is made under another
-name and gets its own in one step, so it is whole or, if it is not as its hashes say, made again.
-Who uses an entry holds a lock on it: it is not removed meanwhile.
+Cached programs are executed, so an entry is valid only if nobody else can have written it. Folder,
+entry and files must belong to this user and be writable by this user only, and nobody else may be
+able to replace a folder above. An entry is a folder with its files and their hashes in `SUMS`. It
+is created under a temporary name and renamed in one step, so it is complete. An entry that does not
+match its hashes is created again. A user of an entry holds a lock on it, which prevents its
+removal.
 """
 
 from __future__ import annotations
@@ -41,13 +42,13 @@ TRIES = 3
 
 
 class UnusableError(Exception):
-    """Why a folder is not used as a cache."""
+    """The reason why a folder is not used as a cache."""
 
 
 def cache_folder() -> Path:
-    """Return where programs are kept: in XDG_CACHE_HOME, else in ~/.cache.
+    """Return the folder of the cache: in XDG_CACHE_HOME, else in ~/.cache.
 
-    Raises `UnusableError` where this user has no home.
+    Raises `UnusableError` if this user has no home.
     """
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
     try:
@@ -59,7 +60,7 @@ def cache_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Something that is kept: its name, its bytes, when it was last used (seconds since 1970)."""
+    """A cached program: its name, its bytes, its last use (seconds since 1970)."""
 
     name: str
     size: int
@@ -67,10 +68,10 @@ class Entry:
 
 
 class Cache:
-    """A folder that is fit to be one."""
+    """A folder that is safe to use as a cache."""
 
     def __init__(self, folder: Path) -> None:
-        """Make the folder if need be; `UnusableError` where it cannot be used."""
+        """Create the folder if necessary. Raises `UnusableError` if it cannot be used."""
         self.folder = folder
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -83,13 +84,13 @@ class Cache:
     # --- use -----------------------------------------------------------------------------------
 
     def find(self, name: str, hold: ExitStack) -> Path | None:
-        """Return the folder of an entry that is whole; None if there is none.
+        """Return the folder of a valid entry; None without one.
 
-        It is not removed until ``hold`` is closed.
+        The entry is not removed until ``hold`` is closed.
         """
         entry = self.folder / name
         with ExitStack() as mine:
-            if not mine.enter_context(_locked(entry, fcntl.LOCK_SH)) or not is_whole(entry):
+            if not mine.enter_context(_lock(entry, fcntl.LOCK_SH)) or not is_whole(entry):
                 return None
             hold.enter_context(mine.pop_all())
         with suppress(OSError):
@@ -97,13 +98,13 @@ class Cache:
         return entry
 
     def add(self, name: str, files: Mapping[str, Path], hold: ExitStack) -> Path:
-        """Keep copies of files as an entry, and return its folder.
+        """Store copies of files as an entry, and return its folder.
 
-        Raises `OSError` where there is no room, and leaves nothing then.
+        Raises `OSError` if there is no space, and leaves nothing behind then.
         """
         made = Path(tempfile.mkdtemp(prefix=".new-", dir=self.folder))
         try:
-            with _locked(made, fcntl.LOCK_SH):
+            with _lock(made, fcntl.LOCK_SH):
                 sums = {}
                 for file, source in files.items():
                     shutil.copyfile(source, made / file)
@@ -121,7 +122,7 @@ class Cache:
         return found
 
     def _name(self, made: Path, entry: Path) -> None:
-        """Give what was made its name, unless another was first."""
+        """Rename a new entry to its final name, unless another process was first."""
         for _ in range(TRIES):
             with suppress(OSError):
                 made.rename(entry)
@@ -133,7 +134,7 @@ class Cache:
     # --- keeping it small ------------------------------------------------------------------------
 
     def entries(self) -> tuple[Entry, ...]:
-        """Return what is kept, the one that was used last first."""
+        """Return the entries, the most recently used one first."""
         found = []
         for path in self._paths():
             if NAME.fullmatch(path.name):
@@ -143,10 +144,10 @@ class Cache:
         return tuple(sorted(found, key=lambda entry: (-entry.used, entry.name)))
 
     def prune(self, limit: int = LIMIT, *, broken: bool = False) -> tuple[Entry, ...]:
-        """Remove the oldest until no more than so many bytes are left; return what is gone.
+        """Remove the oldest entries until ``limit`` bytes are left; return the removed ones.
 
-        What an interrupted build has left goes, too; and, if asked for, what is ``broken``, for
-        which all must be read. What is in use stays.
+        Remains of interrupted builds are removed, too. With ``broken``, all entries are read, and
+        invalid ones removed. Entries in use remain.
         """
         for path in self._paths():
             if UNFINISHED.fullmatch(path.name) and not NAME.fullmatch(path.name):
@@ -170,13 +171,13 @@ class Cache:
         return []
 
     def _remove(self, path: Path) -> bool:
-        """Remove what nobody uses; whether it is gone."""
+        """Remove an entry that nobody uses; return whether it is gone."""
         if path.is_symlink() or not path.is_dir():
             with suppress(OSError):
                 path.unlink()
                 return True
             return False
-        with _locked(path, fcntl.LOCK_EX) as alone:
+        with _lock(path, fcntl.LOCK_EX) as alone:
             if not alone:
                 return False
             aside = path
@@ -192,13 +193,13 @@ class Cache:
 def is_whole(entry: Path) -> bool:
     """Return whether an entry matches its hashes, and only this user can have written it.
 
-    Nothing but regular files is opened: a pipe would block, and a device may never end.
+    Only regular files are opened: a pipe would block, and a device may never end.
     """
     try:
-        if not stat.S_ISDIR(entry.lstat().st_mode) or _strange(entry.lstat()):
+        if not stat.S_ISDIR(entry.lstat().st_mode) or _other_writer(entry.lstat()):
             return False
         found = {path.name: path.lstat() for path in entry.iterdir()}
-        if any(_strange(file) or not stat.S_ISREG(file.st_mode) for file in found.values()):
+        if any(_other_writer(file) or not stat.S_ISREG(file.st_mode) for file in found.values()):
             return False
         if found[SUMS].st_size > MOST_SUMS:
             return False
@@ -213,8 +214,8 @@ def is_whole(entry: Path) -> bool:
         return False
 
 
-def _strange(found: os.stat_result) -> str:
-    """Return why others may have written something; empty if they cannot have."""
+def _other_writer(found: os.stat_result) -> str:
+    """Return why others may have written a file; empty if they cannot have."""
     if stat.S_ISLNK(found.st_mode):
         return "it is a link"
     if found.st_uid != os.geteuid():
@@ -225,8 +226,8 @@ def _strange(found: os.stat_result) -> str:
 
 
 def _require_own(folder: Path) -> None:
-    """Refuse a folder that others can write, or that others can put another in place of."""
-    why = _strange(folder.lstat())
+    """Reject a folder that others can write, or can replace by another."""
+    why = _other_writer(folder.lstat())
     if why:
         raise UnusableError(why)
     for above in Path(os.path.realpath(folder)).parents:
@@ -253,10 +254,10 @@ def _reason(error: OSError) -> str:
 
 
 @contextmanager
-def _locked(folder: Path, kind: int) -> Iterator[bool]:
-    """Hold a lock on a folder; False if it is not there or another holds one against it.
+def _lock(folder: Path, kind: int) -> Iterator[bool]:
+    """Lock a folder; False if it is missing or another process holds a conflicting lock.
 
-    Where the file system has no locks, nobody can.
+    Without locks in the file system, nobody can hold one.
     """
     try:
         opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

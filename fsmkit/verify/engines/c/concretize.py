@@ -1,8 +1,9 @@
-"""When the steps of a path through zones happen: the earliest instants at which all timers agree.
+"""Compute the earliest instants of the steps on a path through zones.
 
-Instants are the least solution of difference constraints, each "this step comes at least so long
-after that one". That a timer must not be due yet is strict: such constraints count infinitesimals,
-which a power of 1/2 then stands for, small enough to change nothing else.
+Instants are the least solution of difference constraints, each "this step occurs at least so long
+after that one". A timer that must not have expired yet gives a strict constraint. Such constraints
+count infinitesimals, which are replaced by a power of 1/2 that is small enough to change nothing
+else.
 """
 
 from __future__ import annotations
@@ -18,20 +19,20 @@ START = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Due:
-    """Whether a timer is due at some instant: the one at a place among those of a machine."""
+class Expiry:
+    """Whether a timer has expired at some instant: the one at an index among those of a machine."""
 
     machine: int
     place: int
     is_due: bool
 
 
-Point = tuple[Due, ...]
+Point = tuple[Expiry, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Armed:
-    """A timer after a step: which it was before, from 1 on, or 0 if new; its bounds in ticks."""
+class ArmedTimer:
+    """A timer after a step: its previous number, from 1, or 0 if it is new; its bounds in ticks."""
 
     source: int
     lower: int
@@ -39,12 +40,12 @@ class Armed:
 
 
 @dataclass(frozen=True, slots=True)
-class ReplayedLine:
+class PerformedStep:
     """A step as the engine performed it. ``waits``: time could pass before it."""
 
     step: Step
     waits: bool
-    timers: tuple[Armed, ...]
+    timers: tuple[ArmedTimer, ...]
 
 
 DUE = -2
@@ -53,13 +54,13 @@ CLOCKS = 128
 
 
 def with_points(path: Sequence[int]) -> tuple[tuple[int, ...], tuple[Point, ...]]:
-    """Return a path without what is true between its steps, and that: before each, at the end."""
+    """Separate a path from the points between its steps: before each step, and at the end."""
     steps: list[int] = []
-    points: list[list[Due]] = [[]]
+    points: list[list[Expiry]] = [[]]
     for number in path:
         if number <= DUE:
             timer, is_below = divmod(DUE - number, 2)
-            points[-1].append(Due(*divmod(timer, CLOCKS), is_due=not is_below))
+            points[-1].append(Expiry(*divmod(timer, CLOCKS), is_due=not is_below))
             continue
         steps.append(number)
         if number >= 0:
@@ -86,14 +87,14 @@ class _Constraint:
     strict: bool = False
 
 
-def scheduled(
-    machines: int, path: Sequence[ReplayedLine], points: Sequence[Point]
+def schedule_path(
+    machines: int, path: Sequence[PerformedStep], points: Sequence[Point]
 ) -> tuple[list[tuple[Fraction, Step]], Fraction]:
-    """Return the steps of a path, each with the earliest instant, in ticks, at which it can happen.
+    """Return the steps of a path, each with its earliest possible instant in ticks.
 
-    Also returns the earliest instant of the end. ``points`` as of `with_points`. The first
-    ``machines`` steps are the starts. FIRE then names a timer by its place in the order
-    of deadlines, which is that of the interpreter.
+    Also returns the earliest instant of the end. ``points``: as for `with_points`. The first
+    ``machines`` steps are the starts. FIRE then names a timer by its position in the order of
+    deadlines, which is that of the interpreter.
     """
     armed: list[tuple[Fraction, ...]] = [()] * machines
     found = []
@@ -112,11 +113,11 @@ def scheduled(
     return found, last
 
 
-def _times(machines: int, path: Sequence[ReplayedLine], points: Sequence[Point]) -> list[Fraction]:
+def _times(machines: int, path: Sequence[PerformedStep], points: Sequence[Point]) -> list[Fraction]:
     constraints = tuple(_constraints(machines, path, points))
     count = max(0, len(path) - machines) + 2
     found = [(0, 0)] * count
-    for _ in range(count + 1):  # a path of the graph is no longer than that
+    for _ in range(count + 1):  # a path of the graph is not longer than that
         before = list(found)
         for c in constraints:
             ticks, small = found[c.earlier]
@@ -129,7 +130,7 @@ def _times(machines: int, path: Sequence[ReplayedLine], points: Sequence[Point])
 
 
 def _constraints(
-    machines: int, path: Sequence[ReplayedLine], points: Sequence[Point]
+    machines: int, path: Sequence[PerformedStep], points: Sequence[Point]
 ) -> Iterator[_Constraint]:
     armed: list[tuple[_Clock, ...]] = [()] * machines
     last = START

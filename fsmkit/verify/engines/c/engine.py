@@ -1,7 +1,7 @@
-"""The engine in C: generate the model, compile it once for each content, run it, read what it says.
+"""The engine in C: generate the model, compile it once for each content, run it, read its output.
 
-The program is built of the machines as `fsmkit compile` writes them, of the binding, and of
-``verify/core``; it is kept in the user's cache under the hash of all its sources.
+The program consists of the machines as `fsmkit compile` writes them, the binding, and
+``verify/core``. The user's cache keeps it under the hash of all its sources.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.runtime.library import C_LIBRARY
 from fsmkit.system.indices import MOST_ELEMENTS
 from fsmkit.system.properties.property import OverGraph, goal_place, temporal_properties
-from fsmkit.verify.engines.c.binding import Built, bind, options_for, prefix_of
+from fsmkit.verify.engines.c.binding import BoundMachine, bind, options_for, prefix_of
 from fsmkit.verify.engines.c.binding_system import system_file
 from fsmkit.verify.engines.c.build import Builder
-from fsmkit.verify.engines.c.concretize import Point, ReplayedLine, scheduled, with_points
+from fsmkit.verify.engines.c.concretize import PerformedStep, Point, schedule_path, with_points
 from fsmkit.verify.engines.c.mpi import (
     OVERSUBSCRIBED,
     checkpoint_options,
@@ -40,16 +40,16 @@ from fsmkit.verify.engines.c.mpi import (
 from fsmkit.verify.engines.c.orders import keep_order, kept_order
 from fsmkit.verify.engines.c.output import (
     difference,
-    marked,
     natural,
+    parse_lines,
     performed_steps,
-    unfinished,
+    unfinished_result,
 )
 from fsmkit.verify.engines.c.shapes import shapes_of
 from fsmkit.verify.engines.c.symbolic_search import read_diagram, symbolic_options, why_unknown
 from fsmkit.verify.engines.c.used_elements import cut_arrays
-from fsmkit.verify.report.counterexample import Counterexample, as_explored, checked_state
-from fsmkit.verify.resources.children import Done, run
+from fsmkit.verify.report.counterexample import Counterexample, explorer_output, explorer_state
+from fsmkit.verify.resources.children import ChildResult, run
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem, with_greatest_delays
@@ -97,7 +97,7 @@ def compiler() -> str | None:
 def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
     """Return the C of a closed system: machines, bindings, wires."""
     files: dict[str, str] = {}
-    built: dict[int, Built] = {}
+    built: dict[int, BoundMachine] = {}
     for shape in shapes_of(closed.charts):
         first = shape.machines[0]
         long_waiting = with_greatest_delays(shape.chart)
@@ -127,11 +127,11 @@ class CEngine:
         ranks: Ranks | None = None,
         properties: frozenset[str] = frozenset(),
     ) -> None:
-        """Generate and compile, or find it in the cache; `FsmkitError` where that fails.
+        """Generate and compile, or use the cache. Raises `FsmkitError` if that fails.
 
-        All that it does keeps to the ``deadline``; `TimeUp` where that passes. ``objects``: as of
-        `Builder`. ``ranks``: it is to be several processes. ``properties``: those that are asked
-        for over the graph of all states (empty: all).
+        Everything keeps to the ``deadline``; `TimeUp` is raised when it passes. ``objects``: as for
+        `Builder`. ``ranks``: run as several processes. ``properties``: the temporal properties to
+        decide (empty: all).
         """
         self._closed = closed
         self._ranks = ranks
@@ -166,11 +166,11 @@ class CEngine:
 
     @property
     def closed(self) -> ClosedSystem:
-        """The system that is explored."""
+        """The explored system."""
         return self._closed
 
     def close(self) -> None:
-        """Remove what is not kept in the cache."""
+        """Remove the files that are not in the cache."""
         self._builder.close()
 
     # --- running -------------------------------------------------------------------------------
@@ -192,12 +192,12 @@ class CEngine:
         slots: bool = False,
         shows_locals: bool = False,
     ) -> Exploration:
-        """Explore everything, or until some marks were all seen; an interrupt ends it early.
+        """Explore all states, or until all marks of ``until`` were seen. An interrupt ends it.
 
-        ``order``: machines by level of a diagram, the highest first; none given: one is sought.
+        ``order``: machines by level of a diagram, the highest first; if empty, one is computed.
         ``fatal``: marks the first of which ends it. ``shows_locals``: local states are kept, as in
-        `Figures.saved`. ``seed``: of the hashes, where not all of a
-        state is stored. ``slots``: for tests, each queue is levels of a diagram from the start.
+        `Figures.saved`. ``seed``: of the hashes, if only a part of a state is stored. ``slots``:
+        for tests, each queue is levels of a diagram from the start.
         """
         asked = ["--livelock"] + ["--sleepless"] * (not sleeps)
         if fatal:
@@ -224,7 +224,7 @@ class CEngine:
         return self._with_order(self._read(self.result(command, progress)), is_kept=bool(kept))
 
     def _with_order(self, found: Exploration, *, is_kept: bool) -> Exploration:
-        """Keep the order of a diagram that has all states, and say where it is from."""
+        """Keep the order of a complete diagram for later runs, and record its origin."""
         if found.diagram is None:
             return found
         if found.end is End.COMPLETE:
@@ -239,7 +239,7 @@ class CEngine:
         return tuple(n for n in found if not self.asked or properties[n].name in self.asked)
 
     def temporal_options(self, numbers: Sequence[int] = ()) -> list[str]:
-        """Return the options that ask for temporal properties, in their order; none given: all."""
+        """Return the options for temporal properties, in their order; if empty, for all."""
         properties = self._closed.system.properties
         found = ["--timeless"] if self._closed.is_timeless else []
         for number in numbers or self._decidable:
@@ -256,10 +256,10 @@ class CEngine:
     def watch(
         self, begin: int, end: int, most: int, memory: int, seconds: float
     ) -> tuple[Exploration, Mapping[str, Any]]:
-        """Explore with a clock that runs from when one property begins to hold until another does.
+        """Explore with a clock that runs from one property's start until another holds.
 
-        In zones only. Also returns what the clock showed (``watch`` in core/zones/timed_main.c);
-        beyond ``most`` units it shows only more.
+        Only in zones. Also returns the values of the clock (``watch`` in core/zones/timed_main.c);
+        beyond ``most`` units it shows only that it is more.
         """
         command = [str(self.program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
         command += self.limits(seconds)
@@ -267,20 +267,20 @@ class CEngine:
         return self._read(told), told["watch"]
 
     def shown(self) -> frozenset[tuple[str, ...]]:
-        """Return all that the machines together ever show: active leaves and data, as in traces.
+        """Return all observable states of the machines: active leaves and data, as in traces.
 
-        In zones only.
+        Only in zones.
         """
         command = [str(self.program), "--list"]
         done = self._run(command)
         if done.code:
             raise fail("explorer-build", f"the explorer ended with code {done.code}")
-        return frozenset(lines for own, lines in marked(done.out) if "part" in own)
+        return frozenset(lines for own, lines in parse_lines(done.out) if "part" in own)
 
     def limits(self, seconds: float) -> list[str]:
         """Return the options that end a search after so long (0: never), or at the deadline.
 
-        Before that some time is left for the ways to what was found, and for the replay.
+        A part of that time is reserved for the paths to the results, and for the replay.
         """
         left = self._deadline.left
         search = min(seconds or math.inf, max(0.001, left - min(MOST_FOR_PATHS, left / 10)))
@@ -288,9 +288,9 @@ class CEngine:
         return found if left == math.inf else [*found, "--paths", f"{max(0.001, left):.3f}"]
 
     def result(self, command: list[str], progress: Progress | None) -> Mapping[str, Any]:
-        """Return what the program says in the end (``core/main.c``).
+        """Return the result that the program prints (``core/main.c``).
 
-        Where it says nothing for want of time or memory, that is said, with how far it had come.
+        If it prints none because time or memory ran out, the result says so, with the progress.
         """
         last: dict[str, int] = {}
         began = time.monotonic()
@@ -305,25 +305,25 @@ class CEngine:
                     progress(last["states"], last["transitions"], last["depth"])
 
         if self.interrupted:
-            return unfinished(End.INTERRUPTED, "", last, spent())
+            return unfinished_result(End.INTERRUPTED, "", last, spent())
         try:
             with self._deadline.stage(Stage.EXPLORING):
                 done = self._run([*command, "--progress"], line, stops=True)
                 self.interrupted = self.interrupted or done.interrupted
         except TimeUp:
-            return unfinished(End.TIME, "", last, spent())
+            return unfinished_result(End.TIME, "", last, spent())
         if done.code == 0:
             result: Mapping[str, Any] = parse_json(done.out, parse_int=natural)["result"]
             return result
         if done.code == NO_MEMORY:
-            return unfinished(End.MEMORY, "", last, spent())
+            return unfinished_result(End.MEMORY, "", last, spent())
         if done.interrupted:
-            return unfinished(End.INTERRUPTED, "", last, spent())
+            return unfinished_result(End.INTERRUPTED, "", last, spent())
         if self._ranks is not None:
             raise rank_failed(self._ranks, done)
         if done.code == -signal.SIGKILL:
             why = "something ended the explorer, as a system does that runs out of memory"
-            return unfinished(End.FAILED, why, last, spent())
+            return unfinished_result(End.FAILED, why, last, spent())
         raise fail(
             "explorer-build",
             f"the explorer ended with code {done.code} and without a result",
@@ -332,7 +332,7 @@ class CEngine:
 
     def _run(
         self, command: list[str], line: Callable[[str], None] | None = None, *, stops: bool = False
-    ) -> Done:
+    ) -> ChildResult:
         try:
             seconds = self._deadline.left + OVERDUE
             environment = None if self._ranks is None else OVERSUBSCRIBED
@@ -399,7 +399,7 @@ class CEngine:
         )
 
     def answer(self, number: int, told: Mapping[str, Any]) -> Answer:
-        """Read what the program answers to such an option."""
+        """Parse the program's answer to such an option."""
         return Answer(
             number,
             told["known"],
@@ -413,8 +413,8 @@ class CEngine:
 
     # --- replay --------------------------------------------------------------------------------
 
-    def _replayed(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
-        """Return the steps of a path, and what the machines did in each."""
+    def _replay(self, path: tuple[int, ...]) -> list[tuple[Step, tuple[str, ...]]]:
+        """Return the steps of a path, and the trace of the machines in each."""
         steps, points = with_points(path)
         written = ",".join("!" if step == AT_ONCE else str(step) for step in steps)
         command = [str(self.program), "--replay", written]
@@ -436,11 +436,11 @@ class CEngine:
         return self._deadline.cut_off(Stage.REPLAYING, read)
 
     def _with_time(
-        self, told: Sequence[tuple[ReplayedLine, tuple[str, ...]]], points: Sequence[Point]
+        self, told: Sequence[tuple[PerformedStep, tuple[str, ...]]], points: Sequence[Point]
     ) -> Iterator[tuple[Step, tuple[str, ...]]]:
-        """Yield steps with the passing of time between them, as early as they can happen."""
+        """Yield steps with the passing of time between them, at their earliest instants."""
         now = Fraction(0)
-        steps, end = scheduled(len(self._closed.charts), [step for step, _ in told], points)
+        steps, end = schedule_path(len(self._closed.charts), [step for step, _ in told], points)
         for (at, step), (_, lines) in zip(steps, told, strict=True):
             if at > now:
                 yield Step(Action.ELAPSE, ticks=at - now), ()
@@ -451,19 +451,19 @@ class CEngine:
 
     def trail(self, path: tuple[int, ...]) -> Trail:
         """Return the steps of a path."""
-        steps = [step for step, _ in self._replayed(path)]
+        steps = [step for step, _ in self._replay(path)]
         first = len(self._closed.charts)
         return (tuple(steps[:first]), *((step,) for step in steps[first:])) if steps else ()
 
     def _shown(self, machine: int, snapshot: Snapshot) -> Iterator[str]:
-        """Yield what the program prints of a machine: of an array what is left of it."""
-        return checked_state(self._cut.closed.charts[machine], self._cut.cut(machine, snapshot))
+        """Yield the program's output for a machine; for a cut array its remaining elements."""
+        return explorer_state(self._cut.closed.charts[machine], self._cut.cut(machine, snapshot))
 
     def confirm(self, found: Counterexample, path: tuple[int, ...]) -> Counterexample:
-        """Compare a path in the interpreter with the same in generated C, line by line."""
-        performed = self._replayed(path)
+        """Compare a path in the interpreter with the same path in generated C, line by line."""
+        performed = self._replay(path)
         expected = self._deadline.cut_off(
-            Stage.REPLAYING, lambda: as_explored(self._closed, found.steps, self._shown)
+            Stage.REPLAYING, lambda: explorer_output(self._closed, found.steps, self._shown)
         )
         for number, (told, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
             checked = tuple(part for line in told for part in line.split("\n"))

@@ -1,4 +1,4 @@
-"""The local states of the core, as the interpreter has them."""
+"""Convert the local states of the core to snapshots of the interpreter."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from fsmkit.verify.statespace.exploration import Exploration
 def local_states(
     closed: ClosedSystem, found: Exploration, machines: Collection[int]
 ) -> Mapping[int, tuple[Snapshot, ...]]:
-    """Return those of some machines that an exploration reached and kept (`Figures.saved`).
+    """Return the local states of some machines that an exploration kept (`Figures.saved`).
 
-    Timers are in the order of the core; in zones their durations are their deadlines. They may be
-    more than were reached: a local step counts where another machine has to go first, too.
+    Timers are in the order of the core; in zones their durations are their deadlines. There may be
+    more than the reachable ones, as local steps count even where another machine has to move first.
     """
     states: dict[int, tuple[Snapshot, ...]] = {}
     cut = cut_arrays(closed)
@@ -29,7 +29,7 @@ def local_states(
             saved = found.machines[machine].saved
             if machine not in machines or not saved:
                 continue
-            inputs = len(closed.charts[machine].inputs)  # behind them are the constants of a shape
+            inputs = len(closed.charts[machine].inputs)  # after them are the constants of a shape
             own = (unpack(chart, each, 0) for each in saved)
             own = (replace(state, inputs=state.inputs[:inputs]) for state in own)
             states[machine] = tuple(cut.restored(machine, state) for state in own)

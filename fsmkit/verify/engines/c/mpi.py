@@ -1,4 +1,4 @@
-"""MPI: the compiler of its programs, and what starts them on several processors or hosts."""
+"""MPI: the compiler of its programs, and the launcher for several processors or hosts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.diagnostics.parsing import parse_json
-from fsmkit.verify.resources.children import Done
+from fsmkit.verify.resources.children import ChildResult
 from fsmkit.verify.statespace.ranks import Ranks
 
 INSTALL = "install Open MPI (Debian and Ubuntu: `apt install openmpi-bin libopenmpi-dev`)"
@@ -35,7 +35,7 @@ def mpi_compiler() -> str:
     if path is None:
         raise fail(
             "no-mpi",
-            f"there is no `{name}`, which compiles for MPI",
+            f"the MPI compiler `{name}` is missing",
             help=f"{INSTALL}, or name another in MPICC",
         )
     return path
@@ -47,7 +47,7 @@ def launcher(ranks: Ranks) -> list[str]:
     if not words or shutil.which(words[0]) is None:
         raise fail(
             "no-mpi",
-            f"there is no `{words[0] if words else ''}`, which starts processes of MPI",
+            f"the MPI launcher `{words[0] if words else ''}` is missing",
             help=f"{INSTALL}, or name another in MPIRUN, such as `srun --mpi=pmix`",
         )
     hosts = [] if ranks.hostfile is None else ["--hostfile", str(ranks.hostfile)]
@@ -55,12 +55,12 @@ def launcher(ranks: Ranks) -> list[str]:
 
 
 def identity_of(*files: Mapping[str, str]) -> str:
-    """Return what tells programs apart: of which a search can go on, and of which it cannot."""
+    """Return the identity of a program, which must match to continue a search."""
     return hashlib.sha256(json.dumps([sorted(f.items()) for f in files]).encode()).hexdigest()[:32]
 
 
 def checkpoint_options(ranks: Ranks, identity: str) -> list[str]:
-    """Return the options of checkpoints; `FsmkitError` where those that are there do not fit."""
+    """Return the options of checkpoints. Raises `FsmkitError` if existing ones do not match."""
     if ranks.folder is None:
         return []
     try:
@@ -83,12 +83,12 @@ def _require_same(ranks: Ranks, identity: str, saved: str) -> None:
     except (ValueError, KeyError, TypeError) as error:
         raise _unusable(ranks.folder, "the checkpoints cannot be read") from error
     if of != identity:
-        raise _unusable(ranks.folder, "the checkpoints are of another system or other options")
+        raise _unusable(ranks.folder, "the checkpoints belong to another system or other options")
     if count != ranks.count:
-        raise _unusable(ranks.folder, f"the checkpoints are of {count} ranks, not of {ranks.count}")
+        raise _unusable(ranks.folder, f"the checkpoints have {count} ranks, not {ranks.count}")
 
 
-def rank_failed(ranks: Ranks, done: Done) -> FsmkitError:
+def rank_failed(ranks: Ranks, done: ChildResult) -> FsmkitError:
     """Return the error for processes that ended without a result."""
     lines = [line.strip(" -") for line in done.err.splitlines() if not line.startswith("{")]
     telling = [line for line in lines if "noticed" in line] + [line for line in lines if line]
@@ -107,5 +107,5 @@ def _unusable(folder: Path | None, why: str) -> FsmkitError:
     return fail(
         "no-such-checkpoint",
         why,
-        help=f"remove what is in `{folder}`, or name another folder; or go on as it was begun",
+        help=f"empty `{folder}`, or name another folder; or continue with the original options",
     )

@@ -1,4 +1,4 @@
-"""The best order of levels that a program found, kept beside it in the cache for its next run."""
+"""Keep the best known order of levels beside a cached program, for its next run."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from fsmkit.verify.statespace.symbolic_search import Diagram
 
 
 def kept_order(program: Path, machines: int) -> tuple[int, ...]:
-    """Return the order that is kept; empty where there is none."""
+    """Return the stored order; empty without one."""
     order, _ = _read(program, machines)
     return tuple(order)
 
 
 def keep_order(program: Path, diagram: Diagram) -> None:
-    """Keep the order of a diagram, unless one is kept that took fewer nodes.
+    """Store the order of a diagram, unless a stored one took fewer nodes.
 
-    A program that is not in the cache has none, and a folder that cannot be written keeps none.
+    Programs outside of the cache, and folders that are not writable, store none.
     """
     _, made = _read(program, len(diagram.order))
     if not (program.parent / SUMS).is_file() or 0 < made <= diagram.made:

@@ -1,4 +1,4 @@
-"""What the explorer in C says, read line by line (``core/main.c``)."""
+"""Parse the output of the explorer in C, line by line (``core/main.c``)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from fsmkit.diagnostics.parsing import parse_json
-from fsmkit.verify.engines.c.concretize import Armed, ReplayedLine
+from fsmkit.verify.engines.c.concretize import ArmedTimer, PerformedStep
 from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.exploration import End
 
@@ -24,8 +24,10 @@ def natural(digits: str) -> int:
     return found
 
 
-def unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> Mapping[str, Any]:
-    """Return a result that says only why there is none, and how far the search had come."""
+def unfinished_result(
+    end: End, why: str, last: Mapping[str, int], seconds: float
+) -> Mapping[str, Any]:
+    """Return a result without states: why there is none, and how far the search had come."""
     nothing = {"marks": (), "livelock_known": False, "livelock": None, "traps_known": False}
     known = {name: last.get(name, 0) for name in ("states", "transitions", "depth", "bytes")}
     return {
@@ -41,31 +43,31 @@ def unfinished(end: End, why: str, last: Mapping[str, int], seconds: float) -> M
     }
 
 
-def marked(text: str) -> Iterator[tuple[dict[str, Any], tuple[str, ...]]]:
-    """Yield the explorer's own lines, and after each of them those of the machines.
+def parse_lines(text: str) -> Iterator[tuple[dict[str, Any], tuple[str, ...]]]:
+    """Yield the explorer's own lines, each with the machines' lines after it.
 
-    Its own begin with a NUL, which no line of a machine can hold: C ends a string with it. Only a
-    line feed ends a line: names may hold whatever else Unicode takes for an end.
+    Its own lines start with a NUL, which no line of a machine can contain, since it ends a string
+    in C. Only a line feed ends a line: names may contain other line separators of Unicode.
     """
     for part in text.split("\0")[1:]:
         own, _, told = part.partition("\n")
         yield parse_json(own), tuple(told.removesuffix("\n").split("\n") if told else ())
 
 
-def performed_steps(text: str) -> Iterator[tuple[ReplayedLine, tuple[str, ...]]]:
-    """Yield the steps of a path, and what the machines said in each."""
-    step: ReplayedLine | None = None
+def performed_steps(text: str) -> Iterator[tuple[PerformedStep, tuple[str, ...]]]:
+    """Yield the steps of a path, and the machines' output in each."""
+    step: PerformedStep | None = None
     found: tuple[str, ...] = ()
-    for told, lines in marked(text):
+    for told, lines in parse_lines(text):
         if "timers" in told and step is not None:
-            step = replace(step, timers=tuple(Armed(*timer) for timer in told["timers"]))
+            step = replace(step, timers=tuple(ArmedTimer(*timer) for timer in told["timers"]))
             continue
         if step is not None:
             yield step, found
         own = told["step"]
         choices = tuple(own["choices"])
         taken = Step(Action(own["action"]), own["machine"], own["argument"], choices)
-        step, found = ReplayedLine(taken, own.get("waits", False), ()), lines
+        step, found = PerformedStep(taken, own.get("waits", False), ()), lines
     if step is not None:
         yield step, found
 

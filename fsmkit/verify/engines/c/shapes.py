@@ -1,8 +1,8 @@
-"""Charts of one system that differ in constants only: one C file serves them all.
+"""Share one C file among charts of a system that differ in constants only.
 
-A constant in which they differ is an input of the common chart, behind its own ones, which nobody
-sets but for the explorer, once for each machine. So it is neither data, which traces show, nor in
-the way of what is told by number.
+A constant in which they differ becomes an input of the common chart, after its own inputs. Only the
+explorer sets it, once for each machine. So it is not part of the data, which traces show, and the
+numbers of the other inputs remain the same.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def shapes_of(charts: Sequence[Chart]) -> Iterator[Shape]:
             holes[id(chart)] = own
         groups.setdefault(by_chart[id(chart)], []).append(number)
     for group in groups.values():
-        yield _joined(charts, tuple(group), [holes[id(charts[number])] for number in group])
+        yield _join(charts, tuple(group), [holes[id(charts[number])] for number in group])
 
 
 # --- one chart ------------------------------------------------------------------------------------
@@ -48,7 +48,7 @@ def shapes_of(charts: Sequence[Chart]) -> Iterator[Shape]:
 
 @dataclass(frozen=True, slots=True)
 class _Hole:
-    """A place where charts may differ: a literal, or the type of a result (no value)."""
+    """A location where charts may differ: a literal, or the type of a result (without a value)."""
 
     type: lang.IntType
     value: int | None = None
@@ -73,7 +73,7 @@ EXACT = frozenset({lang.Apply, lang.Binary, lang.Conditional, lang.Unary})
 
 @cache
 def _compared(kind: Any) -> tuple[str, ...]:
-    """Return the fields by which two nodes of a class are told apart; none of what is a leaf."""
+    """Return the fields that distinguish two nodes of a class; None for a leaf."""
     if kind not in WALKED:
         return ()
     names = (field.name for field in fields(kind) if field.compare)
@@ -81,7 +81,7 @@ def _compared(kind: Any) -> tuple[str, ...]:
 
 
 def _shape(node: Any, holes: list[_Hole]) -> object:
-    """Return what charts of one shape have in common, and note where they may differ."""
+    """Return the common structure of charts of one shape, and record where they may differ."""
     kind = node.__class__
     if kind is tuple:
         return tuple([_shape(part, holes) for part in node])
@@ -109,7 +109,7 @@ def _may_differ(type_: lang.Type) -> bool:
 # --- several --------------------------------------------------------------------------------------
 
 
-def _joined(
+def _join(
     charts: Sequence[Chart], group: tuple[int, ...], holes: Sequence[Sequence[_Hole]]
 ) -> Shape:
     first = charts[group[0]]
@@ -136,7 +136,7 @@ def _joined(
         return known[type_, found]
 
     fillings = iter([filled(each) for each in zip(*holes, strict=True)])
-    chart = _filled(first, fillings)
+    chart = _fill(first, fillings)
     chart = replace(chart, inputs=(*first.inputs, *inputs))
     by_machine = tuple(zip(*values, strict=True)) if values else ((),) * len(group)
     return Shape(chart, group, by_machine)
@@ -147,11 +147,11 @@ def _hull(types: Sequence[lang.IntType]) -> lang.IntType:
     return replace(types[0], lo=lo, hi=hi)
 
 
-def _filled(node: Any, fillings: Iterator[lang.IntType | lang.Variable | None]) -> Any:
-    """Return a node with what is filled in for its holes, met in the order of `_shape`."""
+def _fill(node: Any, fillings: Iterator[lang.IntType | lang.Variable | None]) -> Any:
+    """Return a node with its holes filled, in the order of `_shape`."""
     kind = node.__class__
     if kind is tuple:
-        return tuple([_filled(part, fillings) for part in node])
+        return tuple([_fill(part, fillings) for part in node])
     if kind is lang.Literal and node.value.__class__ is int and node.type.__class__ is lang.IntType:
         return next(fillings) or node
     changed = {}
@@ -160,5 +160,5 @@ def _filled(node: Any, fillings: Iterator[lang.IntType | lang.Variable | None]) 
         if name == "type" and kind in EXACT and _may_differ(part):
             changed[name] = next(fillings)
         else:
-            changed[name] = _filled(part, fillings)
+            changed[name] = _fill(part, fillings)
     return replace(node, **changed) if changed else node

@@ -1,8 +1,8 @@
-"""Conditions in parts, which a diagram evaluates one by one: each reads few machines.
+"""Split conditions into parts that a diagram evaluates separately: each reads few machines.
 
-A state is marked by the whole exactly where some part marks it. Of a condition that must hold the
-parts are those of a conjunction: the first that is false, or fails, makes the whole so. Of one that
-is looked for they are those of a disjunction none of which can fail: after a failure the others do
+The whole condition marks a state exactly if some part marks it. A condition that must hold is split
+at conjunctions: the first part that is false, or fails, makes the whole false. A condition that is
+searched for is split at disjunctions whose terms cannot fail: after a failure the other terms do
 not count.
 """
 
@@ -20,7 +20,7 @@ MAY_FAIL = {lang.BinaryOp.DIV, lang.BinaryOp.REM}
 
 
 def parts_of(property_: Property) -> tuple[Property, ...]:
-    """Return a property in two parts or more; nothing of one that is whole."""
+    """Return the two or more parts of a property; empty if it has only one."""
     condition = property_.condition
     if condition is None or property_.owner is not None or property_.is_of_steps:
         return ()

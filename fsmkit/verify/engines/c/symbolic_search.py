@@ -1,4 +1,4 @@
-"""What a symbolic search is asked for, and what it says (``core/symbolic/symbolic_main.c``)."""
+"""The options and the results of a symbolic search (``core/symbolic/symbolic_main.c``)."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from fsmkit.verify.statespace.symbolic_search import Diagram, Search
 def symbolic_options(
     closed: ClosedSystem, search: Search, order: Sequence[int], until: frozenset[int]
 ) -> list[str]:
-    """Return the options for a search that keeps states as a diagram."""
+    """Return the options for a search that stores states as a diagram."""
     ways = ",".join(map(str, sorted(until) or _shown(closed)))
     ordered = ["--order", ",".join(map(str, order))] if order else []
     return ["--search", search.value, "--ways", ways, *ordered]
 
 
 def _shown(closed: ClosedSystem) -> Iterator[int]:
-    """Yield the marks that are evaluated, and to which a way is shown."""
+    """Yield the marks to evaluate, each of which gets a path."""
     yield DEADLOCK
     for number, property_ in enumerate(closed.system.properties):
         if isinstance(property_.kind.decided, AtStates) and not property_.is_of_steps:
@@ -34,14 +34,14 @@ def _shown(closed: ClosedSystem) -> Iterator[int]:
 
 
 def why_unknown(told: Mapping[str, Any]) -> str:
-    """Return why an answer to a temporal property is not known; empty: for want of memory."""
+    """Return why the answer to a temporal property is unknown; empty if memory ran out."""
     if told.get("unknown") == "combinations":
         return MANY_COMBINATIONS
     return {end.value: text for end, text in ENDS.items()}.get(told.get("unknown", ""), "")
 
 
 def read_diagram(told: Mapping[str, Any] | None) -> Diagram | None:
-    """Return the diagram that a search ended with, if it kept one."""
+    """Return the diagram at the end of a search, if there is one."""
     if told is None or told["engine"] != Search.SYMBOLIC.value:
         return None
     return Diagram(

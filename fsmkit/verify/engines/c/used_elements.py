@@ -1,14 +1,14 @@
-"""Arrays of which a machine uses few elements are cut to these in the C that is explored.
+"""Reduce arrays in the explored C to the elements that a machine uses.
 
-A machine holds all that its chart declares, so N machines that share an array of N elements hold
-N * N. An array is cut where every expression and statement of the chart, and every property, names
-elements of it by constant indices only. The other elements keep their start values for ever: no
-step of the machine and no wire sets them, as a shared array is wired by the elements that a chart
-names (`system.shared.slots_of`). So the map from whole local states to cut ones is one to one, and
-it commutes with each step: there are as many states and steps, and all paths stay the same.
+A machine holds all data that its chart declares, so N machines that share an array of N elements
+hold N * N. An array is cut if every expression and statement of the chart, and every property,
+names its elements by constant indices. The other elements keep their start values forever: no step
+of the machine and no wire sets them, as a shared array is wired by the elements that a chart names
+(`system.shared.slots_of`). So the map from whole local states to cut ones is one to one and
+commutes with each step: the numbers of states and steps, and all paths, stay the same.
 
-Only the C is of cut charts. The interpreter replays each path by the charts as they are, and so
-does whatever shows a value.
+Only the C has cut charts. The interpreter, which replays each path and shows values, uses the
+original charts.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Used = Mapping[str, tuple[int, ...]]
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """A closed system with the arrays of its machines cut, and the way back to whole ones."""
+    """A closed system with the arrays of its machines cut, and conversions in both directions."""
 
     whole: ClosedSystem
     closed: ClosedSystem
@@ -41,11 +41,11 @@ class Cut:
     """For each machine."""
 
     def cut(self, machine: int, snapshot: Snapshot) -> Snapshot:
-        """Return a machine of the whole system as it is in the cut one."""
-        return self._changed(machine, snapshot, lambda _, value, kept: _kept(value, kept))
+        """Convert a machine of the whole system to one of the cut system."""
+        return self._convert(machine, snapshot, lambda _, value, kept: _kept(value, kept))
 
     def restored(self, machine: int, snapshot: Snapshot) -> Snapshot:
-        """Return a machine of the cut system as it is in the whole one."""
+        """Convert a machine of the cut system to one of the whole system."""
 
         def restored(declared: Data, value: Value, kept: tuple[int, ...]) -> Value:
             whole = list(_elements(declared.init.value))
@@ -53,9 +53,9 @@ class Cut:
                 whole[element] = own
             return tuple(whole)
 
-        return self._changed(machine, snapshot, restored)
+        return self._convert(machine, snapshot, restored)
 
-    def _changed(
+    def _convert(
         self,
         machine: int,
         snapshot: Snapshot,
@@ -72,7 +72,7 @@ class Cut:
 
 
 def cut_arrays(closed: ClosedSystem) -> Cut:
-    """Return a closed system with each array cut of which a machine uses some elements only."""
+    """Return a closed system whose arrays are cut to the elements that each machine uses."""
     found = _Uses(closed)
     used = tuple(found.of(machine) for machine in range(len(closed.charts)))
     if not any(used):
@@ -93,7 +93,7 @@ def cut_arrays(closed: ClosedSystem) -> Cut:
     return Cut(closed, replace(closed, system=system, charts=tuple(charts)), used)
 
 
-# --- what is used ---------------------------------------------------------------------------------
+# --- uses -----------------------------------------------------------------------------------------
 
 
 class _Uses:
@@ -108,7 +108,7 @@ class _Uses:
         for link in closed.system.input_links:
             chart = closed.charts[link.source]
             first = len(chart.outputs) + len(closed.system.machines[link.source].shared)
-            if link.output >= first:  # a wire from any of the data
+            if link.output >= first:  # a wire starts at any of the data
                 name = chart.data[link.output - first].name
                 self._looked_at.setdefault(link.source, {})[name] = None
 
@@ -128,7 +128,7 @@ class _Uses:
                 _join(self._looked_at.setdefault(machine, {}), variable, elements)
 
     def of(self, machine: int) -> Used:
-        """Return which arrays of a machine are cut, and to which elements."""
+        """Return the arrays of a machine to cut, each with the remaining elements."""
         chart = self._closed.charts[machine]
         arrays = [d for d in chart.data if isinstance(d.type, ArrayType)]
         if not arrays or chart.invocations or chart.copies or self._closed.is_open:
@@ -162,10 +162,10 @@ def _join(into: dict[str, list[int] | None], name: str, elements: list[int] | No
 
 
 def _note(node: object, into: dict[str, list[int] | None]) -> None:
-    """Note of each variable the elements that are named below a node; None: it is used whole.
+    """Record the elements of each variable that are named below a node; None: it is used whole.
 
-    Elements are in the order in which they are met first, so that charts which differ in their
-    indices only stay alike.
+    Elements are in the order of their first occurrence, so that charts which differ in indices only
+    remain equal.
     """
     left: list[Any] = [node]
     while left:
@@ -184,7 +184,7 @@ def _note(node: object, into: dict[str, list[int] | None]) -> None:
 
 
 def _known_index(element: Element) -> int | None:
-    """Return the index of an element where it is a constant within the array."""
+    """Return the index of an element if it is a constant within the array."""
     index = fold(element.index)
     array = element.array.type
     if not isinstance(index, Literal) or type(index.value) is not int:
@@ -198,7 +198,7 @@ def _known_index(element: Element) -> int | None:
 
 def _chart(chart: Chart, used: Used) -> Chart:
     data = tuple(_data(declared, used) for declared in chart.data)
-    changed: Chart = _changed(chart, used)
+    changed: Chart = _renumber(chart, used)
     return replace(changed, data=data)
 
 
@@ -225,11 +225,11 @@ def _elements(value: Value) -> tuple[Value, ...]:
     return value
 
 
-def _changed(node: Any, used: Used) -> Any:
-    """Return a node in which elements of what is cut are where they lie now; else the same."""
+def _renumber(node: Any, used: Used) -> Any:
+    """Return a node with the new indices of elements of cut arrays; unchanged without any."""
     kind = node.__class__
     if kind is tuple:
-        parts = tuple([_changed(part, used) for part in node])
+        parts = tuple([_renumber(part, used) for part in node])
         return node if all(map(is_, parts, node)) else parts
     if kind is Element and node.array.name in used:
         elements = used[node.array.name]
@@ -242,7 +242,7 @@ def _changed(node: Any, used: Used) -> Any:
     changes = {}
     for name in fields_held(kind):
         part = getattr(node, name)
-        changed = _changed(part, used)
+        changed = _renumber(part, used)
         if changed is not part:
             changes[name] = changed
     return replace(node, **changes) if changes else node
@@ -263,18 +263,18 @@ def _machine(machine: Machine, used: Used) -> Machine:
 def _property(property_: Property, used: Sequence[Used]) -> Property:
     goal = property_.goal
     if goal is not None:
-        goal = replace(goal, expression=_changed(goal.expression, _meant(goal.atoms, used)))
-    own = _meant(property_.atoms, used)
+        goal = replace(goal, expression=_renumber(goal.expression, _used_atoms(goal.atoms, used)))
+    own = _used_atoms(property_.atoms, used)
     if property_.owner is not None:
         own = used[property_.owner]
     condition = property_.condition
     if condition is not None and own:
-        condition = _changed(condition, own)
+        condition = _renumber(condition, own)
     return replace(property_, condition=condition, goal=goal)
 
 
-def _meant(atoms: Sequence[tuple[str, Atom]], used: Sequence[Used]) -> Used:
-    """Return what is used of the variables of a condition."""
+def _used_atoms(atoms: Sequence[tuple[str, Atom]], used: Sequence[Used]) -> Used:
+    """Return the used parts of the variables of a condition."""
     return {
         name: used[atom.machine][atom.variable]
         for name, atom in atoms

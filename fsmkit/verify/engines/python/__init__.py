@@ -1,1 +1,1 @@
-"""The search in Python over the reference interpreter: slow, plain, the oracle of the other."""
+"""The search in Python over the reference interpreter: slow and simple, the oracle of the other."""

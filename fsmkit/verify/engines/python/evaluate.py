@@ -1,4 +1,4 @@
-"""Properties, evaluated at a global state by the reference interpreter's own expressions."""
+"""Evaluate properties at a global state with the reference interpreter."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from fsmkit.system.properties.property import Property
 class World:
     """The environment of a condition: all machines at rest.
 
-    ``owner``: the machine whose names the condition has; None: its variables are ``atoms``.
-    ``occurring``: the events, by machine and number, that were taken in the step to this state.
+    ``owner``: the machine whose names the condition uses; None: its variables are ``atoms``.
+    ``occurring``: the events, by machine and number, taken in the step to this state.
     """
 
     def __init__(
@@ -67,12 +67,12 @@ class World:
         return state in self._snapshots[self._owner or 0].configuration
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Tell that a property calls nothing."""
+        """Reject the call of an operation, which a property cannot make."""
         del arguments
         raise ContentError(f"a property cannot call `{operation}`")
 
     def range_error(self) -> None:
-        """Pass over saturation."""
+        """Ignore saturation."""
 
 
 def evaluate_property(
@@ -81,9 +81,9 @@ def evaluate_property(
     snapshots: Sequence[Snapshot],
     occurring: Collection[tuple[int, int]] = (),
 ) -> bool:
-    """Whether a state is to be marked: it violates the property, or shows what is reachable.
+    """Whether to mark a state: it violates the property, or proves it reachable.
 
-    ``occurring``: the events, by machine and number, that were taken in the step to it.
+    ``occurring``: the events, by machine and number, taken in the step to it.
 
     A condition that cannot be evaluated (an index out of range) counts as false.
     """

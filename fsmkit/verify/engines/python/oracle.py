@@ -1,7 +1,7 @@
 """The search in Python over the reference interpreter: the oracle of the engine in C.
 
-Local states are interned, and a local step is taken once for each local state and action, so that
-hundreds of thousands of global states are feasible. The order of everything is that of ``core``.
+Local states are interned, and a local step is taken once for each local state and action. Hundreds
+of thousands of global states are therefore feasible. The order of all results is that of ``core``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fsmkit.system.properties.property import (
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 from fsmkit.verify.engines.python.temporal import Arc, action_of, answers, armed_between_turns
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
-from fsmkit.verify.statespace.actions import UNHANDLED, Action, TooManyChoices, Who
+from fsmkit.verify.statespace.actions import UNHANDLED, Action, Mover, TooManyChoices
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import (
     DEADLOCK,
@@ -33,7 +33,7 @@ from fsmkit.verify.statespace.exploration import (
     Trail,
 )
 from fsmkit.verify.statespace.global_steps import Edge, GlobalSteps, State
-from fsmkit.verify.statespace.sessions import shown as shown_of
+from fsmkit.verify.statespace.sessions import active_configuration as shown_of
 from fsmkit.verify.statespace.sessions import timers_within
 from fsmkit.verify.statespace.spread import spread_of
 
@@ -42,7 +42,7 @@ PAUSE = 256
 
 
 class Oracle(GlobalSteps):
-    """A search, and what it found so far."""
+    """A search and its results so far."""
 
     def __init__(self, closed: ClosedSystem) -> None:
         """Prepare to search."""
@@ -122,7 +122,7 @@ class Oracle(GlobalSteps):
         )
 
     def _search(self, until: frozenset[int]) -> Iterator[bool]:
-        """Visit all states, or until those marks were seen; stop now and then."""
+        """Visit all states, or until those marks were seen; check for interrupts now and then."""
         for ordinal, edge in enumerate(self.initial()):
             self._visit(-1, ordinal, edge)
         layer_end = len(self._order)
@@ -223,7 +223,7 @@ class Oracle(GlobalSteps):
             [
                 (self._states[edge.to], ordinal)
                 for ordinal, edge in enumerate(self.successors(state))
-                if edge.who is Who.INTERNAL
+                if edge.mover is Mover.INTERNAL
             ]
             for state in self._order
         ]
@@ -271,9 +271,9 @@ class Oracle(GlobalSteps):
     def _arc(self, state: State, ordinal: int, edge: Edge) -> Arc:
         step = edge.steps[0]
         before = self.local_states[step.machine][state[step.machine]].snapshot
-        action = action_of(self.closed, step, edge.who, before)
+        action = action_of(self.closed, step, edge.mover, before)
         ticks = self.closed.unit if step.action is Action.ELAPSE else 0
-        return Arc(self._states[edge.to], ordinal, edge.who is Who.INTERNAL, action, ticks)
+        return Arc(self._states[edge.to], ordinal, edge.mover is Mover.INTERNAL, action, ticks)
 
     def _figures(self, machine: int, end: End) -> Figures:
         found = self.local_states[machine]
@@ -298,7 +298,7 @@ def explore_in_python(
     progress: Callable[[int, int, int], None] | None = None,
     until: frozenset[int] = frozenset(),
 ) -> tuple[Exploration, Callable[[tuple[int, ...]], Trail]]:
-    """Explore; also return what turns a path into steps."""
+    """Explore; also return the function that turns a path into steps."""
     oracle = Oracle(closed)
     found = oracle.run(traps=traps, deadline=deadline, progress=progress, until=until)
     return found, oracle.trail
@@ -308,7 +308,7 @@ Graph = Sequence[Sequence[tuple[int, int]]]
 
 
 def find_cycle(graph: Graph) -> tuple[int, tuple[int, ...]] | None:
-    """Return a state on a cycle and the ordinals round it; None if there is no cycle."""
+    """Return a state on a cycle and the ordinals around it; None without a cycle."""
     grey, black = 1, 2
     colour = [0] * len(graph)
     for root in range(len(graph)):
@@ -337,10 +337,10 @@ def find_cycle(graph: Graph) -> tuple[int, tuple[int, ...]] | None:
 
 
 def find_traps(graph: Graph, shown: Sequence[object]) -> list[int]:
-    """Return a state of each set that is never left and in which only one thing is ever shown.
+    """Return a state of each set that is never left and in which the shown states are all equal.
 
-    A state can get away if some path from it leads to where something else is shown; those that
-    cannot are in traps, and so is all they lead to.
+    A state can escape if some path from it leads to a different shown state. The others are in
+    traps, and so are all their successors.
     """
     back: list[list[int]] = [[] for _ in graph]
     free = [False] * len(graph)

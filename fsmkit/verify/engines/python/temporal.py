@@ -1,4 +1,4 @@
-"""Temporal properties of a finite graph, for the oracle (meaning: ``core/liveness/liveness.h``)."""
+"""Decide temporal properties of a finite graph, for the oracle (``core/liveness/liveness.h``)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fsmkit.system.properties.property import (
     goal_place,
     temporal_properties,
 )
-from fsmkit.verify.statespace.actions import Action, Step, Who
+from fsmkit.verify.statespace.actions import Action, Mover, Step
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.exploration import Answer
 from fsmkit.verify.statespace.sessions import timer_name, timers_within
@@ -24,7 +24,7 @@ from fsmkit.verify.statespace.sessions import timer_name, timers_within
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """A step. ``action`` is what is fair by it, None if nothing is; ``ticks``: of time."""
+    """A step. ``action``: its fairness class, None without one; ``ticks``: its duration."""
 
     to: int
     ordinal: int
@@ -38,7 +38,7 @@ Graph = Sequence[Sequence[Arc]]
 
 @dataclass(frozen=True, slots=True)
 class Lasso:
-    """The state where a violation is decided, the ordinals from there to a cycle, and round it."""
+    """The state where a violation is decided, the ordinals to a cycle, and those around it."""
 
     state: int
     path: tuple[int, ...] = ()
@@ -67,11 +67,11 @@ def _back(graph: Graph, goals: Iterable[int], inside: Callable[[int], bool]) -> 
 
 
 @dataclass(slots=True)
-class Unanswered:
-    """Which states that ask need not be answered, and how that goes on."""
+class Obligations:
+    """The states whose obligation may stay unmet, and the continuation from each."""
 
     graph: Graph
-    asked: Sequence[bool]
+    query: Sequence[bool]
     answered: Sequence[bool]
     timeless: bool
     armed: Callable[[int], frozenset[Hashable]] = lambda _: frozenset()
@@ -81,8 +81,8 @@ class Unanswered:
     cores: list[tuple[frozenset[int], bool]] = field(default_factory=list)
     """Components in which a fair run may stay; whether they never come to a stable state."""
 
-    def hopeless(self) -> list[int]:
-        """Return the states that ask and need not be answered."""
+    def violating_states(self) -> list[int]:
+        """Return the states with an obligation that may stay unmet."""
         open_ = {n for n, done in enumerate(self.answered) if not done}
         self.ends = {n for n in open_ if self._is_stable(n) and not self._owed(n)}
         for component in components(self.graph, open_):
@@ -94,7 +94,7 @@ class Unanswered:
                 self.cores.append((component, True))
         goals = self.ends.union(*(component for component, _ in self.cores))
         found = _back(self.graph, goals, open_.__contains__)
-        return [n for n in sorted(found) if self.asked[n]]
+        return [n for n in sorted(found) if self.query[n]]
 
     def _is_stable(self, state: int) -> bool:
         return not any(arc.internal for arc in self.graph[state])
@@ -116,7 +116,7 @@ class Unanswered:
         at = state
         if at not in goals:
             inside = [not done for done in self.answered]
-            path, at = surely_walk(
+            path, at = require_walk(
                 self.graph, at, lambda arc: inside[arc.to], lambda arc: arc.to in goals
             )
         if at in self.ends:
@@ -139,7 +139,7 @@ class Unanswered:
                 new_state = counts(arc.to) and (not seen or bool(now - self._owed(arc.to)))
                 return arc.action in now or new_state
 
-            path, _ = surely_walk(self.graph, at, lambda arc: arc.to in component, news)
+            path, _ = require_walk(self.graph, at, lambda arc: arc.to in component, news)
             for ordinal in path:
                 arc = self.graph[at][ordinal]
                 left.discard(arc.action)
@@ -149,7 +149,7 @@ class Unanswered:
                     seen = True
             cycle += path
         if not cycle or at != first:
-            cycle += surely_walk(
+            cycle += require_walk(
                 self.graph, at, lambda arc: arc.to in component, lambda a: a.to == first
             )[0]
         return cycle
@@ -157,7 +157,7 @@ class Unanswered:
 
 @dataclass(slots=True)
 class Delays:
-    """How long it takes until the end from each state, along all ways."""
+    """The longest time until the end from each state, along all paths."""
 
     graph: Graph
     holds: Sequence[bool]
@@ -181,8 +181,8 @@ class Delays:
                         longest = max(longest, arc.ticks + self.longest.get(arc.to, 0))
             self.longest.update(dict.fromkeys(component, longest))
 
-    def beginnings(self) -> Iterator[tuple[int | None, int]]:
-        """Yield the states in which it begins, each with a state before it, None at the start."""
+    def start_states(self) -> Iterator[tuple[int | None, int]]:
+        """Yield the states in which the time starts, each with a predecessor, None at the start."""
         for state, arcs in enumerate(self.graph):
             if state in self.initial and self.holds[state] and not self.ended[state]:
                 yield None, state
@@ -190,11 +190,14 @@ class Delays:
                 if self.holds[arc.to] and not self.ended[arc.to]:
                     yield state, arc.to
 
-    def late(self, ticks: int, path_to: Callable[[int], tuple[int, ...]]) -> tuple[int, ...]:
-        """Return a path on which it takes longer than it may."""
-        late = [(b, to) for b, to in self.beginnings() if self.longest[to] > ticks]
+    def path_exceeding(
+        self, ticks: int, path_to: Callable[[int], tuple[int, ...]]
+    ) -> tuple[int, ...]:
+        """Return a path that takes longer than ``ticks``."""
+        path_exceeding = [(b, to) for b, to in self.start_states() if self.longest[to] > ticks]
         paths = [
-            (path_to(to) if b is None else (*path_to(b), self._step(b, to)), to) for b, to in late
+            (path_to(to) if b is None else (*path_to(b), self._step(b, to)), to)
+            for b, to in path_exceeding
         ]
         path, at = min(paths, key=lambda found: len(found[0]))
         passed = 0
@@ -218,7 +221,7 @@ class Delays:
 def walk(
     graph: Graph, start: int, allowed: Callable[[Arc], bool], ends: Callable[[Arc], bool]
 ) -> tuple[tuple[int, ...], int] | None:
-    """Return a shortest path of at least one step that ends so, and where; else None."""
+    """Return a shortest nonempty path to an end, and its last state; None without one."""
     origin: dict[int, tuple[int, ...]] = {start: ()}
     waiting = deque([start])
     while waiting:
@@ -234,13 +237,13 @@ def walk(
     return None
 
 
-def surely_walk(
+def require_walk(
     graph: Graph, start: int, allowed: Callable[[Arc], bool], ends: Callable[[Arc], bool]
 ) -> tuple[tuple[int, ...], int]:
-    """Return such a path where there is one."""
+    """Return such a path, which must exist."""
     found = walk(graph, start, allowed, ends)
     if found is None:
-        raise AssertionError("there is such a path")
+        raise AssertionError("such a path exists")
     return found
 
 
@@ -286,11 +289,11 @@ def components(graph: Graph, inside: set[int]) -> list[frozenset[int]]:
     return found
 
 
-# --- of a system ----------------------------------------------------------------------------------
+# --- systems --------------------------------------------------------------------------------------
 
 
-def action_of(closed: ClosedSystem, step: Step, who: Who, before: Snapshot) -> Hashable | None:
-    """Return what is fair by a step of a machine (``fsm_model.fair``)."""
+def action_of(closed: ClosedSystem, step: Step, mover: Mover, before: Snapshot) -> Hashable | None:
+    """Return the fairness class of a machine's step (``fsm_model.fair``)."""
     if step.action is Action.ELAPSE:
         return "time"
     if step.action is Action.OCCUR:
@@ -299,16 +302,16 @@ def action_of(closed: ClosedSystem, step: Step, who: Who, before: Snapshot) -> H
         if what.spontaneous:
             is_owed = what.fair and closed.system.machines[what.machine].environment
         return ("event", what.machine, what.event) if is_owed else None
-    if who is Who.INTERNAL:
+    if mover is Mover.INTERNAL:
         return "machine", step.machine
-    if step.action is not Action.FIRE or who is not Who.TIME:
+    if step.action is not Action.FIRE or mover is not Mover.TIME:
         return None
     name = timer_name(closed.charts[step.machine], before, step.argument)
     return "timer", step.machine, name
 
 
 def armed_between_turns(closed: ClosedSystem, snapshots: Sequence[Snapshot]) -> frozenset[Hashable]:
-    """Return the timers of machines in a cyclic order, fair whosever turn it is; else none."""
+    """Return the armed timers of machines in a cyclic order; they are fair in every turn."""
     schedule = closed.system.schedule
     if schedule is None or not closed.untimed:
         return frozenset()
@@ -324,7 +327,7 @@ def armed_between_turns(closed: ClosedSystem, snapshots: Sequence[Snapshot]) -> 
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class TemporalQuery:
     """A property over a finite graph; states are numbered in the order they were found."""
 
     graph: Graph
@@ -339,29 +342,29 @@ class Asked:
     armed: Callable[[int], frozenset[Hashable]]
 
 
-def _recoverable(number: int, asked: Asked) -> Answer:
-    lost = cannot_reach(asked.graph, asked.holds)
-    return Answer(number, True, bool(lost), asked.path_to(min(lost)) if lost else ())
+def _recoverable(number: int, query: TemporalQuery) -> Answer:
+    lost = cannot_reach(query.graph, query.holds)
+    return Answer(number, True, bool(lost), query.path_to(min(lost)) if lost else ())
 
 
-def _within(number: int, asked: Asked) -> Answer:
-    delays = Delays(asked.graph, asked.holds, asked.goal, asked.initial)
+def _within(number: int, query: TemporalQuery) -> Answer:
+    delays = Delays(query.graph, query.holds, query.goal, query.initial)
     delays.measure()
-    times = [delays.longest[to] for _, to in delays.beginnings()]
+    times = [delays.longest[to] for _, to in delays.start_states()]
     greatest = max(times, default=inf)
-    violated = bool(times) and greatest > asked.ticks
-    path = delays.late(asked.ticks, asked.path_to) if violated else ()
+    violated = bool(times) and greatest > query.ticks
+    path = delays.path_exceeding(query.ticks, query.path_to) if violated else ()
     return Answer(number, True, violated, path, greatest=None if greatest == inf else int(greatest))
 
 
-def _leads_to(number: int, asked: Asked) -> Answer:
-    open_ = [a and not b for a, b in zip(asked.holds, asked.goal, strict=True)]
-    unanswered = Unanswered(asked.graph, open_, asked.goal, asked.timeless, asked.armed)
-    hopeless = unanswered.hopeless()
-    if not hopeless:
+def _leads_to(number: int, query: TemporalQuery) -> Answer:
+    open_ = [a and not b for a, b in zip(query.holds, query.goal, strict=True)]
+    unanswered = Obligations(query.graph, open_, query.goal, query.timeless, query.armed)
+    violating_states = unanswered.violating_states()
+    if not violating_states:
         return Answer(number, True)
-    lasso = unanswered.lasso(min(hopeless))
-    return Answer(number, True, True, (*asked.path_to(lasso.state), *lasso.path), lasso.cycle)
+    lasso = unanswered.lasso(min(violating_states))
+    return Answer(number, True, True, (*query.path_to(lasso.state), *lasso.path), lasso.cycle)
 
 
 PROCEDURES = {"recoverable": _recoverable, "within": _within, "leads-to": _leads_to}
@@ -387,8 +390,8 @@ def answers(
         holds = where(property_)
         has_goal = property_.goal is not None
         goal = where(all_evaluated[goal_place(properties, number)]) if has_goal else []
-        asked = Asked(
+        query = TemporalQuery(
             graph, holds, goal, property_.ticks, path_to, initial, closed.is_timeless, armed
         )
-        found.append(PROCEDURES[decided.procedure](number, asked))
+        found.append(PROCEDURES[decided.procedure](number, query))
     return tuple(found)

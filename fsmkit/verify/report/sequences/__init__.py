@@ -1,1 +1,1 @@
-"""Sequence diagrams: who did what, when, and what went from whom to whom."""
+"""Sequence diagrams: steps of machines, and the messages between them."""

@@ -6,14 +6,22 @@ from collections.abc import Iterator
 
 from fsmkit.emit import notating
 from fsmkit.emit.mermaid import in_sequence
-from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.verify.report.sequences.model import (
+    Arrow,
+    Block,
+    Cause,
+    Part,
+    Repetition,
+    Sequence,
+    Transport,
+)
 
 ARROWS = {
-    Way.DIRECT: "->>",
-    Way.VALUE: "-->>",
-    Way.QUEUED: "-)",
-    Way.DELAYED: "-)",
-    Way.LOSSY: "--)",
+    Transport.DIRECT: "->>",
+    Transport.VALUE: "-->>",
+    Transport.QUEUED: "-)",
+    Transport.DELAYED: "-)",
+    Transport.LOSSY: "--)",
 }
 
 
@@ -37,7 +45,7 @@ class _Writer:
         for number, line in enumerate(sequence.lifelines):
             yield f"  participant m{number} as {in_sequence(line.name)}"
         for part in sequence.parts:
-            if not isinstance(part, Repeated):
+            if not isinstance(part, Repetition):
                 yield from self._block(part)
                 continue
             yield f"  loop {part.heading}"
@@ -66,6 +74,6 @@ class _Writer:
 
 
 def _arrow(arrow: Arrow) -> str:
-    shape = {Part.LOST: "--x", Part.SENT: "--)"}.get(arrow.part, ARROWS[arrow.way])
+    shape = {Part.LOST: "--x", Part.SENT: "--)"}.get(arrow.part, ARROWS[arrow.transport])
     source, target = ("outside" if n is None else f"m{n}" for n in (arrow.source, arrow.target))
     return f"{source}{shape}{target}: {in_sequence(arrow.label)}"

@@ -1,4 +1,4 @@
-"""What a sequence diagram shows, whatever it is drawn with."""
+"""The content of a sequence diagram, independent of its notation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import Enum
 from fsmkit.emit import telling
 
 
-class Way(Enum):
+class Transport(Enum):
     """How a message travels."""
 
     DIRECT = "direct"
@@ -21,7 +21,7 @@ class Way(Enum):
 
 
 class Part(Enum):
-    """What an arrow shows of the way of a message."""
+    """The part of a message's transport that an arrow shows."""
 
     WHOLE = "whole"
     SENT = "sent"
@@ -31,7 +31,7 @@ class Part(Enum):
 
 
 class Cause(Enum):
-    """Why a machine moved."""
+    """The reason why a machine moved."""
 
     START = "start"
     QUEUE = "queue"
@@ -43,7 +43,7 @@ class Cause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Lifeline:
-    """A machine; ``states`` before its first step are none."""
+    """A machine; ``states`` are those before its first step."""
 
     name: str
     is_environment: bool = False
@@ -51,20 +51,24 @@ class Lifeline:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """A message. ``source`` and ``target`` are numbers of lifelines; None: what is outside."""
+    """A message. ``source`` and ``target`` are numbers of lifelines; None: the environment."""
 
     source: int | None
     target: int | None
     text: str
-    way: Way = Way.DIRECT
+    transport: Transport = Transport.DIRECT
     part: Part = Part.WHOLE
 
     @property
     @telling
     def label(self) -> str:
-        """The text, with how the message travels where it is not at once."""
-        state = {Part.SENT: " (on its way)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
-        how = f" ({self.way.value})" if self.way not in (Way.DIRECT, Way.VALUE) else ""
+        """The text, with the transport if it is not immediate."""
+        state = {Part.SENT: " (in transit)", Part.LOST: " (lost)", Part.ARRIVES: " (arrives)"}
+        how = (
+            f" ({self.transport.value})"
+            if self.transport not in (Transport.DIRECT, Transport.VALUE)
+            else ""
+        )
         return f"{self.text}{state.get(self.part, how)}"
 
 
@@ -72,10 +76,10 @@ class Arrow:
 class Block:
     """A step of one machine.
 
-    ``lifeline`` None: a message on its way arrives or is lost, and no machine moves. ``number``:
-    of the step, from 1 on. ``at``: the time in words, empty where it does not count. ``is_shown``:
-    whether the arrow just before is the cause. ``entered``: states
-    entered, ``active`` all that are active after it. ``notes``: values that were chosen.
+    ``lifeline`` None: a delayed message arrives or is lost, and no machine moves. ``number``: of
+    the step, from 1. ``at``: the time in words, empty without time. ``is_shown``: whether the arrow
+    just before is the cause. ``entered``: the entered states; ``active``: all active states after
+    it. ``notes``: chosen values.
     """
 
     number: int
@@ -97,19 +101,19 @@ class Block:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What stands at the lifeline: the cause unless an arrow shows it, states, notes."""
+        """The text at the lifeline: the cause unless an arrow shows it, states, notes."""
         entered = (", ".join(self.entered),) if self.entered else ()
         return (*self.reason, *entered, *self.notes)
 
     @property
     def look(self) -> tuple[object, ...]:
-        """What makes two steps alike: all but number and time."""
+        """The part that two equal steps have in common: all but number and time."""
         return (self.lifeline, self.cause, self.text, self.active, self.notes, self.arrows)
 
 
 @dataclass(frozen=True, slots=True)
-class Repeated:
-    """Steps that repeat alike so many times; None: for ever. ``blocks`` are shown once."""
+class Repetition:
+    """Steps that repeat so many times; None: forever. ``blocks`` are shown once."""
 
     blocks: tuple[Block, ...]
     times: int | None
@@ -122,37 +126,37 @@ class Repeated:
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
-    """A diagram. ``idle``: machines that never move, in words; ``end``: what is wrong at the end.
+    """A diagram. ``idle``: machines that never move, in words; ``end``: the final remark.
 
-    ``violated``: the end is a violation; else what was to be reached.
+    ``violated``: the end is a violation; otherwise it is the goal.
     """
 
     title: str
     lifelines: tuple[Lifeline, ...]
-    parts: tuple[Block | Repeated, ...]
+    parts: tuple[Block | Repetition, ...]
     end: tuple[str, ...]
     violated: bool
     idle: tuple[str, ...] = ()
 
     @property
     def blocks(self) -> Iterator[Block]:
-        """The steps that are shown."""
+        """The shown steps."""
         for part in self.parts:
-            yield from part.blocks if isinstance(part, Repeated) else (part,)
+            yield from part.blocks if isinstance(part, Repetition) else (part,)
 
     @property
     def has_outside(self) -> bool:
-        """Whether something comes from outside or leaves to it."""
+        """Whether there are messages from or to the environment."""
         arrows = (arrow for block in self.blocks for arrow in block.arrows)
         return any(b.cause is Cause.OUTSIDE for b in self.blocks) or any(
             arrow.source is None or arrow.target is None for arrow in arrows
         )
 
     @property
-    def ways(self) -> tuple[Way, ...]:
-        """How messages travel here, for a legend."""
-        used = {arrow.way for block in self.blocks for arrow in block.arrows}
-        return tuple(way for way in Way if way in used)
+    def transports(self) -> tuple[Transport, ...]:
+        """The kinds of transport in the diagram, for a legend."""
+        used = {arrow.transport for block in self.blocks for arrow in block.arrows}
+        return tuple(transport for transport in Transport if transport in used)
 
 
 LONGEST = 60
@@ -161,11 +165,11 @@ LEAST_SAVED = 4
 """Steps that folding must save."""
 
 
-def folded(blocks: tuple[Block, ...]) -> tuple[Block | Repeated, ...]:
-    """Return steps with those that repeat alike, one after another, shown once."""
+def fold_repetitions(blocks: tuple[Block, ...]) -> tuple[Block | Repetition, ...]:
+    """Return steps with equal successive steps shown once."""
     numbers: dict[tuple[object, ...], int] = {}
     looks = [numbers.setdefault(block.look, len(numbers)) for block in blocks]
-    found: list[Block | Repeated] = []
+    found: list[Block | Repetition] = []
     at = 0
     while at < len(blocks):
         saved, period = max(((_repeats(looks, at, n) - 1) * n, -n) for n in range(1, LONGEST + 1))
@@ -175,7 +179,7 @@ def folded(blocks: tuple[Block, ...]) -> tuple[Block | Repeated, ...]:
             at += 1
             continue
         times = saved // period + 1
-        found.append(Repeated(blocks[at : at + period], times))
+        found.append(Repetition(blocks[at : at + period], times))
         at += saved + period
     return tuple(found)
 

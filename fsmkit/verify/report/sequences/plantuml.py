@@ -7,14 +7,22 @@ from collections.abc import Iterator
 from fsmkit.chart.drawing.states.dot.draw import INK, WATCHDOG
 from fsmkit.emit import notating
 from fsmkit.emit.plantuml import escaped
-from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.verify.report.sequences.model import (
+    Arrow,
+    Block,
+    Cause,
+    Part,
+    Repetition,
+    Sequence,
+    Transport,
+)
 
 ARROWS = {
-    Way.DIRECT: "->",
-    Way.VALUE: "-->>",
-    Way.QUEUED: "->>",
-    Way.DELAYED: "->>",
-    Way.LOSSY: f"-[{WATCHDOG}]->>",
+    Transport.DIRECT: "->",
+    Transport.VALUE: "-->>",
+    Transport.QUEUED: "->>",
+    Transport.DELAYED: "->>",
+    Transport.LOSSY: f"-[{WATCHDOG}]->>",
 }
 STYLE = (
     "hide footbox",
@@ -44,7 +52,7 @@ class _Writer:
             kind = "entity" if line.is_environment else "participant"
             yield f'{kind} "{escaped(line.name)}" as m{number}'
         for part in sequence.parts:
-            if not isinstance(part, Repeated):
+            if not isinstance(part, Repetition):
                 yield from self._block(part)
                 continue
             yield f"loop {part.heading}"
@@ -79,7 +87,7 @@ class _Writer:
 
 def _arrow(arrow: Arrow) -> str:
     text = escaped(arrow.label)
-    shape = {Part.LOST: "->x", Part.SENT: "->o"}.get(arrow.part, ARROWS[arrow.way])
+    shape = {Part.LOST: "->x", Part.SENT: "->o"}.get(arrow.part, ARROWS[arrow.transport])
     if arrow.target is None:
         return f"m{arrow.source} ->] : {text}"
     return f"m{arrow.source} {shape} m{arrow.target} : {text}"

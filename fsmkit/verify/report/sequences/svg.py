@@ -1,7 +1,7 @@
-"""A sequence diagram as SVG, written without a library.
+"""Write a sequence diagram as SVG, without a library.
 
-A long one is cut into bands one below the other; each begins with the names of the machines and the
-states they are in.
+A long diagram is cut into bands one below the other. Each band starts with the names of the
+machines and their states.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ from fsmkit.chart.drawing.states.dot.draw import (
 from fsmkit.emit import notating
 from fsmkit.emit.svg import with_dark_colours
 from fsmkit.emit.xml import escaped
-from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.verify.report.sequences.model import (
+    Arrow,
+    Block,
+    Cause,
+    Part,
+    Repetition,
+    Sequence,
+    Transport,
+)
 
 CHARACTER, LINE = 6.3, 14.0
 """Width and height of a character; the width fits a wide sans serif."""
@@ -41,19 +49,19 @@ WRONG, WRONG_AREA = "#b91c1c", "#fef2f2"
 GOOD, GOOD_AREA = "#15803d", "#f0fdf4"
 MARGIN, RIGHT = 14.0, 40.0
 LOOKS = {
-    Way.DIRECT: (INK, "", True),
-    Way.VALUE: (GREY, "2 3", False),
-    Way.QUEUED: (INK, "9 3", False),
-    Way.DELAYED: (INK, "9 3 2 3", False),
-    Way.LOSSY: (WATCHDOG, "5 4", False),
+    Transport.DIRECT: (INK, "", True),
+    Transport.VALUE: (GREY, "2 3", False),
+    Transport.QUEUED: (INK, "9 3", False),
+    Transport.DELAYED: (INK, "9 3 2 3", False),
+    Transport.LOSSY: (WATCHDOG, "5 4", False),
 }
 """Of an arrow: color, dashes, and whether its head is filled."""
 LEGEND = {
-    Way.DIRECT: "event",
-    Way.VALUE: "output to input",
-    Way.QUEUED: "event, by a connection that queues",
-    Way.DELAYED: "event, by a connection that delays",
-    Way.LOSSY: "event, by a connection that can lose it",
+    Transport.DIRECT: "event",
+    Transport.VALUE: "output to input",
+    Transport.QUEUED: "event, by a connection that queues",
+    Transport.DELAYED: "event, by a connection that delays",
+    Transport.LOSSY: "event, by a connection that can lose it",
 }
 
 
@@ -87,7 +95,7 @@ class _Drawer:
         self._y += 26
         self._header()
         for part in sequence.parts:
-            if isinstance(part, Repeated):
+            if isinstance(part, Repetition):
                 self._repeated(part)
             else:
                 self._block(part)
@@ -113,15 +121,15 @@ class _Drawer:
     # --- bands -----------------------------------------------------------------------------------
 
     def _header(self) -> None:
-        """Write the names of the machines, and the states that they are in."""
+        """Write the names of the machines, and their states."""
         texts = [
-            wrapped(", ".join(self._active.get(n, ())), BOX_WIDTH)
+            wrap_lines(", ".join(self._active.get(n, ())), BOX_WIDTH)
             for n in range(len(self._sequence.lifelines))
         ]
         lines = max(map(len, texts))
         for number, line in enumerate(self._sequence.lifelines):
             x = self._places[number + 1]
-            name = wrapped(line.name, BOX_WIDTH)[0]
+            name = wrap_lines(line.name, BOX_WIDTH)[0]
             width = len(name) * CHARACTER * 1.1 + PADDING + 4
             dashes = ' stroke-dasharray="4 3"' if line.is_environment else ""
             self._rect(x - width / 2, self._y, width, 22, AREAS[0], INK, dashes)
@@ -147,7 +155,7 @@ class _Drawer:
                 self._line(x, top, x, bottom, WATCHDOG, "2 4", under=True)
 
     def _room(self, height: float) -> None:
-        """Begin a new band if there is no room for so much in this one."""
+        """Start a new band if this one has no space of that height."""
         if self._y + height < self._band + BAND:
             return
         self._close_frame()
@@ -160,7 +168,7 @@ class _Drawer:
 
     # --- steps -----------------------------------------------------------------------------------
 
-    def _repeated(self, part: Repeated) -> None:
+    def _repeated(self, part: Repetition) -> None:
         self._room(60)
         self._heading = part.heading
         self._open_frame(part.heading)
@@ -204,7 +212,7 @@ class _Drawer:
             self._arrow(arrow)
 
     def _start_row(self, block: Block) -> None:
-        """Put machines that start one after another, and send nothing then, beside each other."""
+        """Put machines that start one after another without messages beside each other."""
         if block.cause is Cause.START and self._starts is not None:
             self._y = self._starts
         self._starts = self._y if block.cause is Cause.START and not block.arrows else None
@@ -252,15 +260,15 @@ class _Drawer:
     def _label(self, arrow: Arrow) -> list[str]:
         first, last = self._ends(arrow)
         width = abs(last - first) or 150.0
-        return wrapped(arrow.text, int((width - 22) / (CHARACTER * 0.92)))
+        return wrap_lines(arrow.text, int((width - 22) / (CHARACTER * 0.92)))
 
     def _arrow(self, arrow: Arrow, color: str = "") -> None:
         first, last = self._ends(arrow)
-        look, dashes, filled = LOOKS[arrow.way]
+        look, dashes, filled = LOOKS[arrow.transport]
         color = color or look
         lines = self._label(arrow)
         middle = (first + last) / 2
-        size = 10 if arrow.way is Way.VALUE else 11
+        size = 10 if arrow.transport is Transport.VALUE else 11
         if first == last:
             self._hook(first, lines, color)
             return
@@ -315,14 +323,14 @@ class _Drawer:
     # --- the end ---------------------------------------------------------------------------------
 
     def _end(self) -> None:
-        """Tell what is wrong, and the states of all machines then."""
+        """Write the final remark, and the states of all machines at the end."""
         self._y += 8
         self._header()
         violated = self._sequence.violated
         color, area = (WRONG, WRONG_AREA) if violated else (GOOD, GOOD_AREA)
         width = self._width - 2 * MARGIN
         most = int(width / CHARACTER)
-        lines = [line for text in self._sequence.end for line in wrapped(text, most)]
+        lines = [line for text in self._sequence.end for line in wrap_lines(text, most)]
         self._rect(MARGIN, self._y, width, len(lines) * 16 + 12, area, color, ' rx="5"')
         for row, line in enumerate(lines):
             weight = "bold" if row == 0 else "normal"
@@ -330,20 +338,20 @@ class _Drawer:
         self._y += len(lines) * 16 + 18
         if self._sequence.idle:
             text = f"never move: {', '.join(self._sequence.idle)}"
-            for line in wrapped(text, int(width / CHARACTER)):
+            for line in wrap_lines(text, int(width / CHARACTER)):
                 self._text(MARGIN, self._y + 10, line, fill=SOFT, size=10)
                 self._y += LINE
 
     def _legend(self) -> None:
-        ways = self._sequence.ways
-        if set(ways) <= {Way.DIRECT}:
+        transports = self._sequence.transports
+        if set(transports) <= {Transport.DIRECT}:
             return
-        for way in ways:
-            color, dashes, filled = LOOKS[way]
+        for transport in transports:
+            color, dashes, filled = LOOKS[transport]
             y = self._y + 8
             self._line(MARGIN, y, MARGIN + 44, y, color, dashes)
             self._head(MARGIN + 44, y, 1, color, filled=filled)
-            self._text(MARGIN + 54, y + 4, LEGEND[way], fill=SOFT, size=10)
+            self._text(MARGIN + 54, y + 4, LEGEND[transport], fill=SOFT, size=10)
             self._y += LINE + 2
 
     # --- shapes ----------------------------------------------------------------------------------
@@ -391,12 +399,12 @@ class _Drawer:
         )
 
 
-# --- where lifelines stand, and how texts are broken into lines -----------------------------------
+# --- layout of lifelines and text -----------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """What stands on a lifeline at a step: why it moved, and the states that it entered."""
+    """The text on a lifeline at a step: the cause, and the entered states."""
 
     soft: tuple[str, ...]
     strong: tuple[str, ...]
@@ -415,12 +423,12 @@ class Box:
 
 
 def box_of(block: Block) -> Box:
-    """Return the box of a step; an empty one where the arrow before it tells everything."""
-    soft = [line for text in (*block.reason, *block.notes) for line in wrapped(text, BOX_WIDTH)]
-    return Box(tuple(soft), tuple(wrapped(", ".join(block.entered), BOX_WIDTH)))
+    """Return the box of a step; an empty one if the arrow before it shows everything."""
+    soft = [line for text in (*block.reason, *block.notes) for line in wrap_lines(text, BOX_WIDTH)]
+    return Box(tuple(soft), tuple(wrap_lines(", ".join(block.entered), BOX_WIDTH)))
 
 
-def wrapped(text: str, width: int) -> list[str]:
+def wrap_lines(text: str, width: int) -> list[str]:
     """Return a text as lines, at most `MOST_LINES` of them."""
     clean = "".join(c if c.isprintable() else " " for c in text)
     lines = textwrap.wrap(clean, max(6, width), break_on_hyphens=False)
@@ -430,7 +438,7 @@ def wrapped(text: str, width: int) -> list[str]:
 
 
 def lifelines(sequence: Sequence) -> tuple[float, ...]:
-    """Return where the lifelines stand, and before them what is outside, if it is there."""
+    """Return the positions of the lifelines, and before them that of the environment, if shown."""
     count = len(sequence.lifelines) + 1
     gaps = [LEAST_GAP] * count
     halves = [0.0] * count
@@ -456,7 +464,7 @@ def lifelines(sequence: Sequence) -> tuple[float, ...]:
 
 
 def _widen(gaps: list[float], first: int, last: int, text: str) -> None:
-    """Make room for half of a text at least, so that it takes two lines."""
+    """Increase gaps until at least half of a text fits, so that it takes two lines."""
     if last == first:
         return
     longest = max(map(len, text.split()), default=0)

@@ -1,11 +1,19 @@
-"""A sequence diagram in characters, for a terminal of a given width."""
+"""Draw a sequence diagram in characters, for a terminal of a given width."""
 
 from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass, field
 
-from fsmkit.verify.report.sequences.model import Arrow, Block, Cause, Part, Repeated, Sequence, Way
+from fsmkit.verify.report.sequences.model import (
+    Arrow,
+    Block,
+    Cause,
+    Part,
+    Repetition,
+    Sequence,
+    Transport,
+)
 
 TIME = 8
 """Columns of the times."""
@@ -16,23 +24,29 @@ LEAST, MOST = 19, 38
 HEADER_EVERY = 60
 """Lines after which the names of the machines are written again."""
 LOST = "\N{MULTIPLICATION SIGN}"
-DASHES = {Way.DIRECT: "─", Way.VALUE: "┄", Way.QUEUED: "╌", Way.DELAYED: "╌", Way.LOSSY: "╌"}
+DASHES = {
+    Transport.DIRECT: "─",
+    Transport.VALUE: "┄",
+    Transport.QUEUED: "╌",
+    Transport.DELAYED: "╌",
+    Transport.LOSSY: "╌",
+}
 
 
 @dataclass
 class Line:
-    """Characters, and where which style begins and ends."""
+    """Characters, and the ranges of their styles."""
 
     width: int
     characters: list[str] = field(default_factory=list)
     styles: list[tuple[int, int, str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Begin with blanks."""
+        """Fill the line with blanks."""
         self.characters = [" "] * self.width
 
     def put(self, at: int, text: str, style: str = "") -> None:
-        """Write a text; what does not fit is moved to the left, or cut."""
+        """Write a text; one that does not fit is moved to the left, or cut."""
         at = max(0, min(at, self.width - len(text)))
         shown = text[: self.width - at]
         self.characters[at : at + len(shown)] = shown
@@ -46,7 +60,7 @@ class Line:
 
 
 def draw(sequence: Sequence, width: int) -> list[Line] | None:
-    """Return the lines of a diagram; None if so many lifelines do not fit in that width."""
+    """Return the lines of a diagram; None if the lifelines do not fit in that width."""
     gaps = len(sequence.lifelines) - 1
     first = TIME + 1 + _margin(sequence)
     pitch = min(MOST, (width - first - MARGIN) // max(1, gaps))
@@ -56,7 +70,7 @@ def draw(sequence: Sequence, width: int) -> list[Line] | None:
 
 
 def _margin(sequence: Sequence) -> int:
-    """Return the columns before the first lifeline: what comes from outside stands there."""
+    """Return the columns before the first lifeline, for messages of the environment."""
     coming = [len(b.text) for b in sequence.blocks if b.cause is Cause.OUTSIDE]
     return max(MARGIN, min(LEAST, max(coming, default=0) + 7))
 
@@ -73,7 +87,7 @@ class _Drawer:
     def lines(self) -> list[Line]:
         self._header()
         for part in self._sequence.parts:
-            if not isinstance(part, Repeated):
+            if not isinstance(part, Repetition):
                 self._block(part)
                 continue
             self._rule(part.heading, "red" if part.times is None else "dim")
@@ -140,10 +154,13 @@ class _Drawer:
     def _arrow(self, arrow: Arrow, style: str = "") -> None:
         first = TIME if arrow.source is None else self._places[arrow.source]
         last = self._width - 2 if arrow.target is None else self._places[arrow.target]
-        style = style or ("dim" if arrow.way is Way.VALUE else "")
-        state = {Part.SENT: ", on its way", Part.LOST: ", lost"}.get(arrow.part, "")
-        if arrow.way not in (Way.DIRECT, Way.VALUE) and arrow.part is not Part.LOST:
-            state = state or f", {arrow.way.value}"
+        style = style or ("dim" if arrow.transport is Transport.VALUE else "")
+        state = {Part.SENT: ", in transit", Part.LOST: ", lost"}.get(arrow.part, "")
+        if (
+            arrow.transport not in (Transport.DIRECT, Transport.VALUE)
+            and arrow.part is not Part.LOST
+        ):
+            state = state or f", {arrow.transport.value}"
         text = arrow.text + state
         if first == last:
             self._line().put(first, f"├─ {text} ─┐ to itself", style)
@@ -154,7 +171,7 @@ class _Drawer:
         for row in rows[:-1]:
             self._line().put((left + right - len(row)) // 2, row, style)
         line = self._line()
-        dash = DASHES[arrow.way]
+        dash = DASHES[arrow.transport]
         line.put(left, dash * (right - left + 1), style)
         row = f" {rows[-1]} "
         line.put((left + right + 1 - len(row)) // 2, row, style)

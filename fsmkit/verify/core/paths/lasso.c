@@ -1,4 +1,4 @@
-#include "ways/lasso.h"
+#include "paths/lasso.h"
 
 #include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
@@ -8,10 +8,10 @@
 #include <string.h>
 
 typedef struct {
-    const fsm_ways *ways;
+    const fsm_path_context *ways;
     fsm_symbolic *symbolic;
     const fsm_model *model;
-    const fsm_unanswered *sets;
+    const fsm_fair_sets *sets;
     fsm_relation back;
     fsm_steps steps;      /* of the state looked at */
     uint32_t *actions;    /* of these */
@@ -86,7 +86,7 @@ static uint32_t single(walker *self, uint32_t set)
     return fsm_symbolic_single(self->symbolic, set, self->locals);
 }
 
-/* Whether a fair run may stay in a component: all that must be seen again and again is there. */
+/* Whether a fair run may stay in a component: everything that must occur infinitely often is there. */
 static bool is_fair(walker *self)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
@@ -101,8 +101,8 @@ static bool is_fair(walker *self)
     return fair && !mdd->failed;
 }
 
-/* A component in which a fair run may stay, to be reached within a set from the state at hand: that of this state or, since from
- * each state of the set a fair run begins, one of what else is reached, which is less each time. */
+/* A component in which a fair run may stay, to be reached within a set from the current state: that of this state or, since from
+ * each state of the set a fair run starts, one of the other reached states, which are fewer each time. */
 static bool find_component(walker *self, uint32_t set)
 {
     enum { MOST = 4096 };
@@ -148,7 +148,7 @@ static void see(walker *self, fsm_state state)
         self->open[a] = self->open[a] && is_in(self, state, fsm_set_where_possible(self->symbolic, self->sets, a));
 }
 
-/* The same of the steps of a path from one number on, which begin at a state. */
+/* The same of the steps of a path from one number on, which start at a state. */
 static bool see_steps(walker *self, fsm_state from, const fsm_path *path, size_t first)
 {
     for (size_t i = first; i < path->count; i++) {
@@ -190,8 +190,8 @@ static bool take_step(walker *self, bool any, fsm_path *cycle)
     if (!look_at(self, self->at))
         return false;
     for (size_t i = 0; i < self->steps.count; i++) {
-        bool wanted = any || (self->actions[i] != FSM_NONE && self->open[self->actions[i]]);
-        if (!wanted || !is_in(self, self->steps.items[i].to, round_of(self)))
+        bool requested = any || (self->actions[i] != FSM_NONE && self->open[self->actions[i]]);
+        if (!requested || !is_in(self, self->steps.items[i].to, round_of(self)))
             continue;
         fsm_state from = self->at;
         self->at = self->steps.items[i].to;
@@ -239,7 +239,7 @@ static bool walk(walker *self, fsm_path *path, fsm_path *cycle)
     uint32_t core = fsm_mdd_union(mdd, get(self, FSM_SET_ENDS), get(self, FSM_SET_FAIR));
     core = fsm_mdd_union(mdd, core, get(self, FSM_SET_ENDLESS));
     if (!follow(self, path)
-        || !fsm_walk_within(self->ways, &self->back, core, get(self, FSM_SET_UNANSWERED), &self->at, path))
+        || !fsm_walk_within(self->ways, &self->back, core, get(self, FSM_SET_OPEN), &self->at, path))
         return false;
     if (is_in(self, self->at, get(self, FSM_SET_ENDS)))
         return true;
@@ -251,7 +251,7 @@ static bool walk(walker *self, fsm_path *path, fsm_path *cycle)
         && go_round(self, cycle);
 }
 
-bool fsm_way_round(const fsm_ways *ways, const fsm_unanswered *sets, fsm_path *path, fsm_path *cycle)
+bool fsm_cycle_in_sets(const fsm_path_context *ways, const fsm_fair_sets *sets, fsm_path *path, fsm_path *cycle)
 {
     fsm_symbolic *s = ways->symbolic;
     const fsm_model *model = fsm_composition_model(s->composition);

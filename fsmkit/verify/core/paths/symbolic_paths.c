@@ -1,8 +1,8 @@
-#include "ways/ways.h"
+#include "paths/symbolic_paths.h"
 
 #include "symbolic/evaluation.h"
 #include "system/tree.h"
-#include "ways/approach.h"
+#include "paths/approach.h"
 #include "store/room.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 
 /* --- by a search that keeps each state ------------------------------------------------------------------ */
 
-static uint64_t most_states; /* of the search at hand: its context is the pace */
+static uint64_t most_states; /* of the current search: its context is the pace */
 
 static bool keep_on(fsm_search *search)
 {
@@ -21,7 +21,7 @@ static bool keep_on(fsm_search *search)
     return search->outcome == FSM_COMPLETE;
 }
 
-static bool begin(const fsm_ways *self, fsm_search *search)
+static bool begin(const fsm_path_context *self, fsm_search *search)
 {
     if (!fsm_search_init(search, fsm_composition_model(self->symbolic->composition), self->memory))
         return false;
@@ -33,12 +33,12 @@ static bool begin(const fsm_ways *self, fsm_search *search)
     return true;
 }
 
-void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths)
+void fsm_paths_of_search(fsm_search *search, const bool *requested, fsm_path *paths)
 {
     fsm_search_forget(search);
     for (uint32_t mark = 0; mark < search->model->mark_count; mark++) {
         const fsm_witness *witness = &search->witnesses[mark];
-        if (!wanted[mark] || witness->count == 0)
+        if (!requested[mark] || witness->count == 0)
             continue;
         bool found = witness->at.state == FSM_NO_STATE || fsm_path_to(search, &witness->at, &paths[mark]);
         if (!found || (witness->step != FSM_NONE && !fsm_path_add(&paths[mark], witness->step)))
@@ -46,23 +46,23 @@ void fsm_ways_of_search(fsm_search *search, const bool *wanted, fsm_path *paths)
     }
 }
 
-void fsm_ways_to_marks(const fsm_ways *self, const bool *wanted, fsm_path *paths)
+void fsm_paths_to_marks(const fsm_path_context *self, const bool *requested, fsm_path *paths)
 {
     fsm_search search;
     uint32_t count = 0;
     for (uint32_t mark = 0; mark < fsm_composition_model(self->symbolic->composition)->mark_count; mark++)
-        count += wanted[mark];
+        count += requested[mark];
     if (count == 0 || !begin(self, &search))
         return;
-    search.awaited = wanted;
+    search.awaited = requested;
     search.awaited_count = count;
     fsm_search_run(&search);
-    fsm_ways_of_search(&search, wanted, paths);
+    fsm_paths_of_search(&search, requested, paths);
     fsm_search_free(&search);
 }
 
 typedef struct {
-    const fsm_ways *ways;
+    const fsm_path_context *ways;
     uint32_t set, *locals;
 } membership;
 
@@ -73,17 +73,17 @@ static bool is_member(void *context, fsm_state state)
     return fsm_symbolic_has(self->ways->symbolic, self->set, self->locals);
 }
 
-bool fsm_way_to_set(const fsm_ways *self, uint32_t set, fsm_path *path)
+bool fsm_path_to_set(const fsm_path_context *self, uint32_t set, fsm_path *path)
 {
     fsm_search search;
     fsm_found group = {.state = FSM_NO_STATE};
-    membership wanted = {self, set, malloc(self->symbolic->system->machine_count * sizeof *wanted.locals)};
-    if (wanted.locals == NULL || set == 0 || !begin(self, &search)) {
-        free(wanted.locals);
+    membership requested = {self, set, malloc(self->symbolic->system->machine_count * sizeof *requested.locals)};
+    if (requested.locals == NULL || set == 0 || !begin(self, &search)) {
+        free(requested.locals);
         return false;
     }
     search.is_target = is_member;
-    search.target_context = &wanted;
+    search.target_context = &requested;
     search.groups = &group;
     search.group_count = search.groups_left = 1;
     fsm_search_run(&search);
@@ -94,7 +94,7 @@ bool fsm_way_to_set(const fsm_ways *self, uint32_t set, fsm_path *path)
     search.groups = NULL;
     search.group_count = 0;
     fsm_search_free(&search);
-    free(wanted.locals);
+    free(requested.locals);
     return fine;
 }
 
@@ -114,8 +114,8 @@ static bool add_ring(fsm_symbolic *symbolic, rings *self, uint32_t set)
     return fsm_mdd_root(&symbolic->mdd, set);
 }
 
-/* The number of that one of some states which is in a set; FSM_NONE: there is none. */
-static uint32_t which_in(const fsm_ways *self, uint32_t set, const fsm_state *starts, size_t count, uint32_t *locals)
+/* The index of the first state that is in a set; FSM_NONE: no state is. */
+static uint32_t index_in(const fsm_path_context *self, uint32_t set, const fsm_state *starts, size_t count, uint32_t *locals)
 {
     for (size_t i = 0; i < count; i++) {
         fsm_tree_unfold(self->symbolic->composition->tree, starts[i], locals);
@@ -126,7 +126,7 @@ static uint32_t which_in(const fsm_ways *self, uint32_t set, const fsm_state *st
 }
 
 /* Rings around a set, within a bound that is a root, until one holds one of some states; its number. */
-static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t set, uint32_t bound, const fsm_state *starts,
+static uint32_t find_rings(const fsm_path_context *self, fsm_relation *back, uint32_t set, uint32_t bound, const fsm_state *starts,
                            size_t count, uint32_t *locals, rings *found)
 {
     fsm_symbolic *symbolic = self->symbolic;
@@ -135,7 +135,7 @@ static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t se
     uint32_t seen = set, start;
     if (!fsm_mdd_root(mdd, seen) || !add_ring(symbolic, found, set))
         return FSM_NONE;
-    while ((start = which_in(self, set, starts, count, locals)) == FSM_NONE) {
+    while ((start = index_in(self, set, starts, count, locals)) == FSM_NONE) {
         uint32_t before = fsm_relation_step(back, set, bound);
         if (before == 0)
             return FSM_NONE;
@@ -149,7 +149,7 @@ static uint32_t find_rings(const fsm_ways *self, fsm_relation *back, uint32_t se
 }
 
 /* From ring to ring, each step into the next one. */
-static bool walk_in(const fsm_ways *self, const rings *found, fsm_state *at, uint32_t *locals, fsm_path *path)
+static bool walk_in(const fsm_path_context *self, const rings *found, fsm_state *at, uint32_t *locals, fsm_path *path)
 {
     fsm_state state = *at;
     const fsm_model *model = fsm_composition_model(self->symbolic->composition);
@@ -182,7 +182,7 @@ typedef struct {
 enum { MOST_NEAR = 1 << 13 };
 
 typedef struct {
-    const fsm_ways *ways;
+    const fsm_path_context *ways;
     uint32_t set, bound, count, found; /* `found`: the number of a visit that is in the set; FSM_NONE: none is yet */
     visit *visits; /* room for MOST_NEAR */
     uint32_t *locals;
@@ -234,7 +234,7 @@ static bool search_near(neighbourhood *self, fsm_state *at, fsm_path *path)
     return true;
 }
 
-static bool walk_near(const fsm_ways *self, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
+static bool walk_near(const fsm_path_context *self, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
 {
     neighbourhood near = {.ways = self, .set = set, .bound = bound, .found = FSM_NONE};
     near.visits = malloc(MOST_NEAR * sizeof *near.visits);
@@ -246,7 +246,7 @@ static bool walk_near(const fsm_ways *self, uint32_t set, uint32_t bound, fsm_st
     return found;
 }
 
-bool fsm_walk_within(const fsm_ways *self, fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
+bool fsm_walk_within(const fsm_path_context *self, fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;
     rings found = {.count = 0};
@@ -271,7 +271,7 @@ static fsm_state *states_of(const fsm_steps *steps)
     return states;
 }
 
-bool fsm_way_by_distances(const fsm_ways *self, uint32_t set, fsm_path *path)
+bool fsm_path_by_distances(const fsm_path_context *self, uint32_t set, fsm_path *path)
 {
     fsm_symbolic *symbolic = self->symbolic;
     const fsm_model *model = fsm_composition_model(symbolic->composition);
@@ -310,7 +310,7 @@ static int by_state(const void *a, const void *b)
 }
 
 /* The internal steps from each state of a cycle to the next one, from the given one on. */
-static bool go_round(const fsm_ways *self, const fsm_state *states, uint32_t length, uint32_t first, fsm_path *path)
+static bool go_round(const fsm_path_context *self, const fsm_state *states, uint32_t length, uint32_t first, fsm_path *path)
 {
     const fsm_model *model = fsm_composition_model(self->symbolic->composition);
     fsm_steps steps = {0};
@@ -331,7 +331,7 @@ static bool go_round(const fsm_ways *self, const fsm_state *states, uint32_t len
     return fine;
 }
 
-static bool way_to_states(const fsm_ways *self, fsm_target *targets, uint32_t count, fsm_path *path, fsm_state *reached)
+static bool path_to_states(const fsm_path_context *self, fsm_target *targets, uint32_t count, fsm_path *path, fsm_state *reached)
 {
     fsm_search search;
     fsm_found group = {.state = FSM_NO_STATE};
@@ -349,7 +349,7 @@ static bool way_to_states(const fsm_ways *self, fsm_target *targets, uint32_t co
     return fine;
 }
 
-bool fsm_way_to_cycle(const fsm_ways *self, const fsm_busy_cycle *cycle, fsm_path *path, fsm_path *steps)
+bool fsm_path_to_cycle(const fsm_path_context *self, const fsm_busy_cycle *cycle, fsm_path *path, fsm_path *steps)
 {
     fsm_symbolic *symbolic = self->symbolic;
     uint32_t machines = symbolic->system->machine_count, first = 0;
@@ -363,10 +363,10 @@ bool fsm_way_to_cycle(const fsm_ways *self, const fsm_busy_cycle *cycle, fsm_pat
     }
     if (fine) {
         qsort(targets, cycle->length, sizeof *targets, by_state);
-        if (!way_to_states(self, targets, cycle->length, path, &reached)) {
+        if (!path_to_states(self, targets, cycle->length, path, &reached)) {
             path->count = 0;
             reached = states[0];
-            fine = fsm_way_by_distances(self, fsm_symbolic_single(symbolic, symbolic->root, cycle->states), path);
+            fine = fsm_path_by_distances(self, fsm_symbolic_single(symbolic, symbolic->root, cycle->states), path);
         }
         while (fine && first < cycle->length && states[first] != reached)
             first++;

@@ -1,4 +1,4 @@
-#include "ways/limits.h"
+#include "paths/limits.h"
 
 /* Of searches for ways: states of one that keeps each, after distances are tried; and nodes for these. */
 enum { MOST_STATES = 50000000, MOST_NODES = 20000000, WIDE = 32 };
@@ -9,12 +9,12 @@ uint64_t fsm_as_many(uint64_t states)
     return machines <= WIDE ? states : states * WIDE / machines * WIDE / machines * WIDE / machines + 1;
 }
 
-uint64_t fsm_most_states_of_ways(void)
+uint64_t fsm_max_states_of_paths(void)
 {
     return fsm_the_system.machine_count <= WIDE ? MOST_STATES : 0;
 }
 
-uint64_t fsm_most_nodes_of_ways(void)
+uint64_t fsm_max_nodes_of_paths(void)
 {
     return fsm_as_many(MOST_NODES);
 }

@@ -1,4 +1,4 @@
-#include "ways/approach.h"
+#include "paths/approach.h"
 
 #include "symbolic/evaluation.h"
 #include "symbolic/relation.h"
@@ -13,7 +13,7 @@ enum {
     MOST_VISITS = 1 << 20,      /* states that are kept */
     MOST_WITHIN = 1 << 17,      /* of them, where sets at each distance are another way */
     MOST_LOOKED_AT = 1 << 24,   /* steps */
-    ASK_EVERY = 1 << 10
+    CHECK_EVERY = 1 << 10
 };
 
 /* A state: which step of which other one led there, and which of its own steps is to be looked at next. */
@@ -25,7 +25,7 @@ typedef struct {
 } visit;
 
 typedef struct {
-    const fsm_ways *ways;
+    const fsm_path_context *ways;
     fsm_symbolic *symbolic;
     const fsm_relation *steps;
     bool backwards;      /* so are they */
@@ -65,7 +65,7 @@ static bool relax(approach *self, bool forwards)
     return changed;
 }
 
-/* At each level, how many steps lead from a value to the others, or from these to it, if nothing else were asked for. */
+/* At each level, how many steps lead from a value to the others, or from these to it, without other conditions. */
 static void measure(approach *self, const uint32_t *values, bool forwards)
 {
     for (uint32_t level = 1; level <= self->symbolic->level_count; level++)
@@ -88,7 +88,7 @@ static uint32_t distance_of(const approach *self)
 
 /* --- the state to go to -------------------------------------------------------------------------------- */
 
-/* Of each node of a set, the least sum of distances of values on a way down; the pair that it begins with. */
+/* Of each node of a set, the least sum of distances of values on a path down; its first pair. */
 typedef struct {
     uint32_t least, pair;
 } descent;
@@ -132,7 +132,7 @@ static bool choose_goal(approach *self, uint32_t set)
 static bool has_time(approach *self)
 {
     fsm_symbolic *symbolic = self->symbolic;
-    if (++self->looked_at % ASK_EVERY != 0)
+    if (++self->looked_at % CHECK_EVERY != 0)
         return true;
     return self->looked_at < MOST_LOOKED_AT && (symbolic->keep_on == NULL || symbolic->keep_on(symbolic));
 }
@@ -206,7 +206,7 @@ static bool search(approach *self, uint32_t set, uint32_t *found)
     return fine && *found != FSM_NONE;
 }
 
-/* Adds the steps to a visit, from the first one or, of those within bounds, from the state where they begin. */
+/* Adds the steps to a visit, from the first one or, of those within bounds, from the state where they start. */
 static bool write_path(const approach *self, uint32_t at, fsm_path *path)
 {
     const size_t before = path->count;
@@ -239,7 +239,7 @@ static bool prepare(approach *self)
     return fine;
 }
 
-/* Chooses the state to go to from the first of some states, and begins at all of them. */
+/* Chooses the state to go to from the first of some states, and starts at all of them. */
 static bool begin(approach *self, uint32_t set, const fsm_step *starts, size_t count)
 {
     if (count == 0)
@@ -268,7 +268,7 @@ static void free_approach(approach *self)
     fsm_hash_map_free(&self->known);
 }
 
-bool fsm_way_by_approach(const fsm_ways *ways, uint32_t set, fsm_path *path)
+bool fsm_path_by_approach(const fsm_path_context *ways, uint32_t set, fsm_path *path)
 {
     fsm_symbolic *symbolic = ways->symbolic;
     const fsm_model *model = fsm_composition_model(symbolic->composition);
@@ -289,7 +289,7 @@ bool fsm_way_by_approach(const fsm_ways *ways, uint32_t set, fsm_path *path)
     return fine;
 }
 
-bool fsm_approach_within(const fsm_ways *ways, const fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at,
+bool fsm_approach_within(const fsm_path_context *ways, const fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at,
                          fsm_path *path)
 {
     const fsm_step start = {.to = *at};

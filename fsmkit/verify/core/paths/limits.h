@@ -1,6 +1,6 @@
 /* limits.h: what a search for paths works on, and how much it may use. */
-#ifndef FSM_WAY_LIMITS_H
-#define FSM_WAY_LIMITS_H
+#ifndef FSM_PATH_LIMITS_H
+#define FSM_PATH_LIMITS_H
 
 #include "report.h"
 #include "symbolic/symbolic.h"
@@ -12,11 +12,11 @@ typedef struct {
     size_t memory;   /* bytes for a search that keeps each state */
     uint64_t states; /* that it may keep */
     bool sleepless;  /* see fsm_search */
-} fsm_ways;
+} fsm_path_context;
 
-/* So many states of a search that keeps each, or nodes of distances; fewer of wide systems, each of which is dearer. */
+/* So many states of a search that keeps each, or nodes of distances; fewer for wide systems, whose states cost more. */
 uint64_t fsm_as_many(uint64_t states);
-uint64_t fsm_most_states_of_ways(void);
-uint64_t fsm_most_nodes_of_ways(void);
+uint64_t fsm_max_states_of_paths(void);
+uint64_t fsm_max_nodes_of_paths(void);
 
 #endif
