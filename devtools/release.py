@@ -95,7 +95,12 @@ def try_package(package: Path) -> None:
 def _try_page(command: Sequence[str], folder: Path, environment: dict[str, str]) -> None:
     """Start the server of the page, request the page, and stop the server."""
     with subprocess.Popen(
-        command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True
+        command,
+        cwd=folder,
+        env=environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
     ) as server:
         try:
             text = ""

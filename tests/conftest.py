@@ -13,8 +13,9 @@ import pytest
 from hypothesis import settings
 
 from fsmkit.emit import written
-from tests import helps, needs
+from tests import documents, helps, needs
 
+documents.check_documents()
 written.guards_notations = True
 os.environ["FSMKIT_GUARD_NOTATIONS"] = "1"
 written.is_strict = "FSMKIT_STRICT_TEXTS" in os.environ  # no raw text, however harmless

@@ -170,11 +170,11 @@ def test_errors_of_exploring_count_too(gate: str, capsys: pytest.CaptureFixture[
         encoding="utf-8",
     )
     execute(["check", gate, "--json"])
-    names = {f["name"] for f in json.loads(capsys.readouterr().out)["findings"]}
+    names = {f["rule"] for f in json.loads(capsys.readouterr().out)["findings"]}
     assert "never-taken" in names
     execute(["check", gate, "--json", "--error", "never-taken"])
     found = json.loads(capsys.readouterr().out)
-    assert [f["severity"] for f in found["findings"] if f["name"] == "never-taken"] == ["error"]
+    assert [f["severity"] for f in found["findings"] if f["rule"] == "never-taken"] == ["error"]
     assert found["verdict"] == "violated"
 
 

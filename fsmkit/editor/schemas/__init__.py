@@ -4,6 +4,6 @@ The folder `files` holds them as printed. ``python -m fsmkit.editor.schemas`` wr
 test keeps them equal.
 """
 
-from fsmkit.editor.schemas.kinds import FOLDER, KINDS, schema_of, text_of
+from fsmkit.editor.schemas.kinds import FOLDER, KINDS, identified, schema_of, text_of
 
-__all__ = ["FOLDER", "KINDS", "schema_of", "text_of"]
+__all__ = ["FOLDER", "KINDS", "identified", "schema_of", "text_of"]

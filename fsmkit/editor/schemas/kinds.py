@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from fsmkit.codegen.existing_c.schema import schema as binding_schema
 from fsmkit.editor.schemas.models import deployment_schema, system_schema
 from fsmkit.editor.schemas.others import campaign_schema, project_schema, tests_schema
+from fsmkit.emit.lines import json_text
 from fsmkit.yaml.schema import schema as chart_schema
 
 FOLDER = Path(__file__).with_name("files")
@@ -34,11 +34,15 @@ def schema_of(kind: str, version: str) -> dict[str, Any]:
         version: The version of fsmkit, which is part of the identifier ``$id``.
 
     """
-    found = KINDS[kind]()
-    rest = {key: value for key, value in found.items() if key != "$schema"}
+    return identified(KINDS[kind](), kind, version)
+
+
+def identified(schema: Mapping[str, Any], kind: str, version: str) -> dict[str, Any]:
+    """Return a schema with its dialect, and an identifier that names kind and version."""
+    rest = {key: value for key, value in schema.items() if key != "$schema"}
     return {"$schema": DRAFT, "$id": f"urn:fsmkit:schema:{version}:{kind}", **rest}
 
 
 def text_of(kind: str, version: str) -> str:
     """Return the schema of a kind of file as JSON."""
-    return json.dumps(schema_of(kind, version), indent=2, ensure_ascii=False) + "\n"
+    return json_text(schema_of(kind, version))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from math import isfinite
 
-from fsmkit.diagnostics import Diagnostic
+from fsmkit.diagnostics.as_json import as_json as finding_as_json
 from fsmkit.verify.report.counterexample import as_json
 from fsmkit.verify.report.figures import count_in_json
 from fsmkit.verify.report.verdict import Report, Result
@@ -42,7 +42,7 @@ def document(found: Report) -> Mapping[str, object]:
         "storage": _stored(explored, explored.table),
         "complete": explored.end is End.COMPLETE and explored.table is None,
         "properties": [_evaluated(one) for one in found.results],
-        "findings": [_finding(diagnostic) for diagnostic in found.findings],
+        "findings": [finding_as_json(finding) for finding in found.findings],
         "bounds": {
             machine.name: {
                 "queue": figures.queue,
@@ -112,14 +112,3 @@ def _evaluated(one: Result) -> Mapping[str, object]:
         told["replayed"] = list(one.trace.replayed)
         told |= {"shortest": False} if one.trace.is_longer else {}
     return told
-
-
-def _finding(diagnostic: Diagnostic) -> Mapping[str, object]:
-    place = str(diagnostic.primary.span) if diagnostic.primary is not None else None
-    return {
-        "rule": diagnostic.rule.code,
-        "name": diagnostic.rule.name,
-        "severity": diagnostic.severity.value,
-        "message": diagnostic.message,
-        "place": place,
-    }
