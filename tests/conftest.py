@@ -136,3 +136,28 @@ def followed_helps() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         helps.watch(patch)
         yield
+
+
+@pytest.fixture(scope="session")
+def cache_of_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder for explorers that the tests compile; all workers share it."""
+    folder = tmp_path_factory.getbasetemp()
+    return (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "cache"
+
+
+@pytest.fixture(scope="module")
+def own_cache(cache_of_session: Path) -> Iterator[None]:
+    """Compile each explorer, and the core of all, once for the session, not for the user."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(cache_of_session))
+        yield
+
+
+@pytest.fixture(scope="module")
+def quickly_compiled() -> Iterator[None]:
+    """Compile explorers quickly, for many that explore little; wants `own_cache`."""
+    from fsmkit.verify.engines.c import engine
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "FLAGS", ("-O0", *(f for f in engine.FLAGS if f != "-O2")))
+        yield

@@ -14,6 +14,7 @@ import pytest
 from fsmkit.cli import Verbs, cli, execute
 from fsmkit.cli.common.options import OneOf
 
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
 FILES = Path(__file__).parent / "mistakes"
 GROUP = cli
 assert isinstance(GROUP, Verbs)
@@ -98,7 +99,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "broken.yaml").write_text("chart: B\nstates:\n\ta: {}\n")
     (tmp_path / "broken.test.yaml").write_text("tests: B\nchart: gate.yaml\ncases: {a: [post x]}\n")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path
 
 

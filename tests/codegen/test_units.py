@@ -24,6 +24,7 @@ from fsmkit.diagnostics import FsmkitError
 from fsmkit.emit import Written
 from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import need
+from tests.runtime.test_node import FILES
 
 DEPLOYMENT = Path(__file__).parents[2] / "machines/production_cell/deployment.yaml"
 HOSTILE = (
@@ -283,7 +284,10 @@ def test_nodes_are_kept_running(deployment: Deployment, tmp_path: Path) -> None:
 def test_commands_that_cannot_be_started(
     arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["deploy", str(DEPLOYMENT), "--to", "systemd", "--out", str(tmp_path / "u"), *arguments]
+    for name, text in FILES.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    hall = str(tmp_path / "deployment.yaml")
+    words = ["deploy", hall, "--to", "systemd", "--out", str(tmp_path / "u"), *arguments]
     assert execute(words) in (1, 2)
     assert message in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "u").exists()

@@ -11,7 +11,7 @@ from fsmkit.export.collect import network_of
 from fsmkit.export.exporter import ExportOptions
 from fsmkit.export.network import Network
 from fsmkit.system.any_file import load_any
-from tests.verify.conftest import load, own_cache, quickly_compiled  # noqa: F401
+from tests.verify.conftest import load  # noqa: F401
 
 CHART = Path(__file__).parents[2] / "machines/production_cell/supervisor.yaml"
 

@@ -6,7 +6,6 @@ import ast
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,17 +25,10 @@ from tests.codegen.c.conftest import WARNINGS
 from tests.injection.grid import texts_of_round, tried, write
 from tests.injection.places import SHAPES
 
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
 FINDINGS = Path(__file__).parent / "findings"
 QUICK = {"yaml": 4, "scxml": 9, "plain": 14, "invoking": 19, "system": 24, "deployment": 24}
 """A round for each kind of files; all rounds with all outputs: `make injection`."""
-
-
-@pytest.fixture(autouse=True, scope="module")
-def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compile the core of the explorer once, and keep nothing in the user's cache."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @pytest.mark.slow

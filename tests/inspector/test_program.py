@@ -27,6 +27,7 @@ from fsmkit.runtime.session import Session
 from fsmkit.runtime.system_session import SystemSession
 from tests.inspector.conftest import GATE, Client, elaborated
 from tests.inspector.test_server import joined, messages, until
+from tests.parameters import sampled
 
 CHART = elaborated(GATE)
 CELL = Path(__file__).parents[2] / "machines/production_cell/cell.yaml"
@@ -109,7 +110,7 @@ def test_what_is_too_much_is_lost_and_counted(monkeypatch: pytest.MonkeyPatch) -
     assert client.result("watch", expression="motor")["value"] is True
 
 
-@pytest.mark.parametrize("number", range(20))
+@pytest.mark.parametrize("number", sampled(range(20), every=4))
 def test_random_charts_are_told_as_they_ran(number: int) -> None:
     chart = random_case(7, number).chart
     session = Session(chart, answers(chart), start=False)

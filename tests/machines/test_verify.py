@@ -10,6 +10,7 @@ from rich.console import Console
 
 import fsmkit
 from tests.machines.cell_script import the_script
+from tests.parameters import sampled
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
 needs_compiler = pytest.mark.cc
@@ -30,7 +31,7 @@ def alone() -> list[Path]:
     return [path for path in sorted((CELL / "alone").glob("*.yaml")) if path.stem != "supervisor"]
 
 
-@pytest.mark.parametrize("path", systems(), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sampled(systems(), every=4), ids=lambda path: path.stem)
 def test_every_system_can_be_read(path: Path) -> None:
     system = fsmkit.read_system(path)
     assert {"L1"} <= {p.name for p in system.properties}

@@ -2,4 +2,4 @@
 
 from __future__ import annotations
 
-from tests.verify.conftest import load, own_cache, quickly_compiled  # noqa: F401
+from tests.verify.conftest import load  # noqa: F401

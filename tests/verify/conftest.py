@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -8,7 +8,6 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.system.any_file import load_any
 from fsmkit.system.system import System
-from fsmkit.verify.engines.c import engine
 
 Load = Callable[..., System]
 
@@ -32,19 +31,3 @@ def messages(findings: Findings) -> list[str]:
 
 def marks(values: Mapping[int, int]) -> list[int]:
     return sorted(values)
-
-
-@pytest.fixture(scope="module")
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Keep compiled explorers in a cache of the module's own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
-@pytest.fixture(scope="module")
-def quickly_compiled() -> Iterator[None]:
-    """Compile explorers quickly, for many that explore little; wants a cache of its own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "FLAGS", ("-O0", *(f for f in engine.FLAGS if f != "-O2")))
-        yield

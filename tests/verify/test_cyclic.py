@@ -17,7 +17,7 @@ from tests.verify.random_systems import random_loop
 ENGINES = ["python", *(["c"] if compiler() is not None else [])]
 
 
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
 
 
 TIMER = """

@@ -19,7 +19,7 @@ FOUND = Path(__file__).parent / "found"
 ENGINES = ["python", *(["c"] if compiler() is not None else [])]
 HOLDS, VIOLATED = Verdict.HOLDS, Verdict.VIOLATED
 
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = pytest.mark.usefixtures("own_cache", "quickly_compiled")
 
 
 def verdicts(system: System, engine: str, *, untimed: bool) -> dict[str, Verdict]:

@@ -15,7 +15,7 @@ from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.statespace.symbolic_search import Search
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
-pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]
+pytestmark = [pytest.mark.usefixtures("own_cache", "quickly_compiled"), pytest.mark.cc]
 ENGINES = ["python", pytest.param("c", marks=needs_compiler)]
 
 LIFT = """chart: Lift

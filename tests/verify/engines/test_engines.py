@@ -31,7 +31,7 @@ MANNERS = [(False, False), (True, False), (True, True)]
 MANNER_NAMES = ["discrete", "untimed", "silent"]
 
 
-pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache")]
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
 
 
 def facts(found: Exploration) -> dict[str, object]:

@@ -19,7 +19,7 @@ from tests.verify.engines.test_engines import facts
 
 pytestmark = [
     pytest.mark.cc,
-    pytest.mark.usefixtures("own_cache"),
+    pytest.mark.usefixtures("own_cache", "quickly_compiled"),
 ]
 
 MANNER = ExplorationOptions("c", time="discrete", memory=1 << 30, timeout=60)

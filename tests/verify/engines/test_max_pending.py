@@ -12,7 +12,7 @@ from fsmkit.verify.statespace.closed_system import UNLIMITED
 from fsmkit.verify.statespace.symbolic_search import Search
 from tests.verify.conftest import Load
 
-pytestmark = [pytest.mark.usefixtures("own_cache"), pytest.mark.cc]
+pytestmark = [pytest.mark.usefixtures("own_cache", "quickly_compiled"), pytest.mark.cc]
 
 SYSTEM = """
 system: Presses

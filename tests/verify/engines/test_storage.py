@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,6 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
 from fsmkit.verify.bounds import prove_bounds
-from fsmkit.verify.engines.c import engine
 from fsmkit.verify.engines.c.engine import CEngine, compiler
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Verdict
@@ -42,20 +41,11 @@ from tests.verify.engines.test_cores import told
 from tests.verify.random_systems import random_system
 from tests.verify.systems import SYSTEMS
 
-pytestmark = pytest.mark.cc
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
 
 TABLES = ROOT / "machines/philosophers"
 LOSSY = [Storage.HASH_COMPACT, Storage.BITSTATE]
 AMPLE: dict[str, Any] = {"memory": 32 << 20, "timeout": 60}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def not_optimised(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compile fast, to a cache of its own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "FLAGS", tuple(f for f in engine.FLAGS if f != "-O2"))
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from fsmkit.verify.explore import ExplorationOptions, check
 from tests.verify.conftest import Load
 from tests.verify.engines.test_engines import both
 
-pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache")]
+pytestmark = [pytest.mark.cc, pytest.mark.usefixtures("own_cache", "quickly_compiled")]
 
 
 ONE = """
