@@ -80,7 +80,7 @@ AT_MOST = {
     "fsmkit/carriers": 208,
     "fsmkit/chart": 336,
     "fsmkit/cli": 90,
-    "fsmkit/codegen": 585,
+    "fsmkit/codegen": 505,
     "fsmkit/diagnostics": 0,
     "fsmkit/document": 49,
     "fsmkit/editor": 140,

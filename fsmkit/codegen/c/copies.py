@@ -22,13 +22,13 @@ Shape = tuple[object, ...]
 
 Step = tuple[str, int | None]
 """A member, and its index where it is an array."""
-Way = tuple[Step, ...]
-"""How the machine's struct leads to something: the group, then member by member."""
+MemberPath = tuple[Step, ...]
+"""The path from the machine's struct to a variable: the group, then member by member."""
 
 
-def spelt(way: Way) -> str:
-    """Return a way as C has it, without the machine."""
-    return ".".join(name if index is None else f"{name}[{index}]" for name, index in way)
+def member_path(path: MemberPath) -> str:
+    """Return a path as C has it, without the machine."""
+    return ".".join(name if index is None else f"{name}[{index}]" for name, index in path)
 
 
 @dataclass(slots=True)
@@ -74,8 +74,8 @@ class Structs:
     found: dict[Shape, Struct] = field(default_factory=dict)
     members: dict[str, list[Part]] = field(default_factory=dict)
     """By group: the members of it that hold copies."""
-    ways: dict[str, Way] = field(default_factory=dict)
-    """By variable: how the machine's struct leads to it."""
+    paths: dict[str, MemberPath] = field(default_factory=dict)
+    """By variable: its path."""
     copied: frozenset[str] = frozenset()
 
     @property
@@ -95,9 +95,9 @@ class Structs:
         if members:
             self.members[group] = members
 
-    def struct_at(self, way: Way) -> str | None:
-        """Return the C type of the struct of copies to which a way leads, None for none."""
-        (group, _), *steps = way
+    def struct_at(self, path: MemberPath) -> str | None:
+        """Return the C type of the struct of copies to which a path leads, None for none."""
+        (group, _), *steps = path
         parts: Iterable[Part] = self.members.get(group, ())
         struct: Struct | None = None
         for name, _ in steps:
@@ -106,14 +106,14 @@ class Structs:
             parts = () if struct is None else struct.parts
         return None if struct is None else struct.name
 
-    def _parts(self, name: str, node: _Node, way: Way, suffix: str) -> Iterator[Part]:
+    def _parts(self, name: str, node: _Node, path: MemberPath, suffix: str) -> Iterator[Part]:
         """Yield the member that holds a copy; of an array that cannot be one, one for each."""
         member = unreserved(name)
         if not node.is_array:
-            yield Part(member, struct=self._struct(node, (*way, (member, None)), name, suffix))
+            yield Part(member, struct=self._struct(node, (*path, (member, None)), name, suffix))
             return
         elements = [
-            self._struct(each, (*way, (member, index)), f"{name}_{index}", suffix)
+            self._struct(each, (*path, (member, index)), f"{name}_{index}", suffix)
             for index, each in enumerate(node.inner.values())
         ]
         is_counted = [*node.inner] == [str(index) for index in range(len(elements))]
@@ -122,18 +122,18 @@ class Structs:
             return
         for index, each in node.inner.items():
             own = f"{member}_{index}"
-            struct = self._struct(each, (*way, (own, None)), own, suffix)
+            struct = self._struct(each, (*path, (own, None)), own, suffix)
             yield Part(own, struct=struct)
 
-    def _struct(self, node: _Node, way: Way, name: str, suffix: str) -> Struct:
+    def _struct(self, node: _Node, path: MemberPath, name: str, suffix: str) -> Struct:
         members = Namer(KEYWORDS)
         parts: list[Part] = []
         for inner, data in node.variables.items():
             member = members.name(unreserved(inner), "_value")
-            self.ways[data.name] = (*way, (member, None))
+            self.paths[data.name] = (*path, (member, None))
             parts.append(Part(member, variable=data))
         for inner, each in node.inner.items():
-            parts += self._parts(inner, each, way, suffix)
+            parts += self._parts(inner, each, path, suffix)
         shape: Shape = (node.chart, suffix, *(self._shape(part) for part in parts))
         if shape not in self.found:
             is_first = all(known[:2] != shape[:2] for known in self.found)
@@ -168,5 +168,5 @@ def structs_of(chart: Chart, prefix: str, records: Mapping[str, str], types: Nam
     found = Structs(prefix, records, types)
     for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data)):
         found.add(group, chart, of)
-    found.copied = frozenset(found.ways)
+    found.copied = frozenset(found.paths)
     return found

@@ -9,14 +9,15 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.binding.naming import report_chosen
 from fsmkit.codegen.c.binding.reading import binding_of
 from fsmkit.codegen.c.binding.source import bound_sources
-from fsmkit.codegen.c.clashes import report_names
 from fsmkit.codegen.c.coverage import PART, require_names
 from fsmkit.codegen.c.header import event_type, header, payload_storage
 from fsmkit.codegen.c.info import info_source
 from fsmkit.codegen.c.layout import Group, Needs, groups, reply_type, timers_needed
 from fsmkit.codegen.c.limits import report_limits
-from fsmkit.codegen.c.names import Names, name_everything, require_prefix
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.naming import name_everything, require_prefix
 from fsmkit.codegen.c.options import Options, read_options, report_missing
+from fsmkit.codegen.c.renamed import report_names
 from fsmkit.codegen.c.source import SourcePrinter
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.c.tracing import tracing_source

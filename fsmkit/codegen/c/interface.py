@@ -12,7 +12,7 @@ from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
-from fsmkit.codegen.c.reactions.sharing import number_of
+from fsmkit.codegen.c.sharing import number_of
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import quoted

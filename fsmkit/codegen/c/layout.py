@@ -15,8 +15,8 @@ from fsmkit.chart.statements import Reply
 from fsmkit.codegen.c.copies import Part, Struct
 from fsmkit.codegen.c.expressions.types import computed, enumeration_of
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.reactions.sharing import RECORDED
 from fsmkit.codegen.c.reserved import TO_INVOKE
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.codegen.c.storage import storage
 from fsmkit.language import INT64, UINT64, ArrayType, FloatType, IntType, Type
 

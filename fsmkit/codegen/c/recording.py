@@ -17,7 +17,7 @@ from fsmkit.codegen.c.expressions.types import loaded, passed_type
 from fsmkit.codegen.c.header import NOTICE, declaration, parameters
 from fsmkit.codegen.c.info import Machines
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.c.tracing import print_observed
 from fsmkit.diagnostics import fail

@@ -9,6 +9,7 @@ from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.expressions.functions import print_functions
 from fsmkit.codegen.c.expressions.types import loaded, passed_type
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.interface import InterfacePrinter
 from fsmkit.codegen.c.ir import Unit, reachable, spelt
@@ -17,7 +18,6 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.deferral import print_is_deferred, print_is_kept
 from fsmkit.codegen.c.reactions.form_printer import FormPrinter
-from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.grid import GridPrinter
 from fsmkit.codegen.c.reactions.invocation import InvocationPrinter
 from fsmkit.codegen.c.reactions.reactions import ReactionPrinter

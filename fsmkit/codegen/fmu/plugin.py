@@ -30,7 +30,7 @@ class Fmu:
         Options: ``fmi``, the version, ``3.0`` or ``2.0``; ``build``, if it is ``on``, adds a
         library for the machine that compiles; ``prefix`` replaces the chart's name in C.
         """
-        from fsmkit.codegen.c.names import require_prefix
+        from fsmkit.codegen.c.naming import require_prefix
         from fsmkit.codegen.fmu.generate import generate
 
         version = _version(options)

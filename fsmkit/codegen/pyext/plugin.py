@@ -31,7 +31,7 @@ class ExtensionTarget:
         ``save``, ``records`` and ``coverage``.
         """
         from fsmkit.codegen.c.limits import report_limits
-        from fsmkit.codegen.c.names import require_prefix
+        from fsmkit.codegen.c.naming import require_prefix
         from fsmkit.codegen.pyext.build import build, suffix
         from fsmkit.codegen.pyext.generate import generate, source_name
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import reads_input
-from fsmkit.codegen.c.names import Names, name_everything
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.naming import name_everything
 from fsmkit.codegen.c.reserved import KEYWORDS
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Namer, legal, snake

@@ -9,7 +9,7 @@ from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.expressions import Printer
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import event_type, parameters
-from fsmkit.codegen.c.names import name_everything
+from fsmkit.codegen.c.naming import name_everything
 from fsmkit.codegen.c.storage import storage
 from fsmkit.document.document import Direction
 from fsmkit.emit import Emitter

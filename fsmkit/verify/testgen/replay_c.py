@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.limits import require_limits
-from fsmkit.codegen.c.names import name_everything
+from fsmkit.codegen.c.naming import name_everything
 from fsmkit.emit import Emitter, plain, printing
 from fsmkit.emit.c import comment, quoted
 from fsmkit.plan import lower

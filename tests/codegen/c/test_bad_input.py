@@ -12,7 +12,7 @@ import pytest
 
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import generate_machine
-from fsmkit.codegen.c.names import name_everything
+from fsmkit.codegen.c.naming import name_everything
 from fsmkit.codegen.c.reserved import HEADERS, INSIDE, KEYWORDS
 from fsmkit.codegen.python.names import file_name
 from fsmkit.codegen.python.plugin import PLUGIN as PYTHON

@@ -14,7 +14,7 @@ from fsmkit.chart.loading import load
 from fsmkit.chart.statements import Raise
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.codegen.c.small.differences import Leaf, Unlike, unified
+from fsmkit.codegen.c.small.differences import Leaf, NotMergeable, unified
 from fsmkit.language import Expr
 from fsmkit.plan.instances import instances_of
 from fsmkit.runtime.script import run_script
@@ -143,7 +143,7 @@ def test_one_thing_cannot_be_two_in_another_copy(tmp_path: Path) -> None:
     _, found = unified(chart, [(one, one), (other, other)])
     assert found.varying == {(Leaf.EVENT, hops[0]): (hops[0], hops[1])}
     for pair in ((other, third), (other,), (one, other)):
-        with pytest.raises(Unlike):
+        with pytest.raises(NotMergeable):
             unified(chart, [(one, one), pair])
 
 

@@ -14,9 +14,9 @@ from devtools.random_charts.choices import SeededChoices
 from devtools.random_charts.scripts import random_script
 from devtools.runtimes import harness
 from fsmkit.chart.loading import load
+from fsmkit.codegen.c.forms import Form, form_of
 from fsmkit.codegen.c.generate import generate_machine
 from fsmkit.codegen.c.options import Options
-from fsmkit.codegen.c.reactions.forms import Form, form_of
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plan import lower
 
@@ -42,7 +42,7 @@ def flat_cases(count: int) -> Iterator[Case]:
             chart = elaborated(documents)
         except FsmkitError:
             continue
-        if form_of(lower(chart), is_small=True) is Form.GRID:
+        if form_of(lower(chart), Options(is_small=True)) is Form.GRID:
             count -= 1
             yield Case(documents, chart, random_script(choices, chart), f"flat {number}")
 
@@ -62,7 +62,7 @@ def test_a_transition_that_no_event_takes_is_none_of_a_grid(tmp_path: Path) -> N
     )
     (tmp_path / "chart.scxml").write_text(text, encoding="utf-8")
     chart = fsmkit.read_chart(tmp_path / "chart.scxml")
-    assert form_of(lower(chart), is_small=True) is Form.TABLES
+    assert form_of(lower(chart), Options(is_small=True)) is Form.TABLES
     assert fsmkit.compile(chart, "c", optimize="size")
 
 
@@ -90,8 +90,8 @@ def test_which_form_a_chart_gets(text: str, form: Form, tmp_path: Path) -> None:
     path = tmp_path / "chart.yaml"
     path.write_text(text, encoding="utf-8")
     plan = lower(load(path))
-    assert form_of(plan, is_small=True) is form
-    assert form_of(plan, is_small=False) is Form.FUNCTIONS
+    assert form_of(plan, Options(is_small=True)) is form
+    assert form_of(plan, Options()) is Form.FUNCTIONS
 
 
 def test_what_is_done_does_not_say_where_it_leads(tmp_path: Path) -> None:

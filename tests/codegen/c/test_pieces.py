@@ -10,7 +10,7 @@ import pytest
 
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.ir import OWN, Unit, reachable, spelt
-from fsmkit.codegen.c.names import name_everything
+from fsmkit.codegen.c.naming import name_everything
 from fsmkit.codegen.c.pieces import FOLDER
 from fsmkit.plan import lower
 from fsmkit.runtime.library import C_LIBRARY

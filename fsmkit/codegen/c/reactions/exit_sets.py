@@ -6,7 +6,7 @@ from fsmkit.codegen.c.expressions.cases import case, default
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.reactions.actions import ActionPrinter
 from fsmkit.codegen.c.reactions.histories import HistoryPrinter
-from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
 from fsmkit.plan import Region

@@ -16,11 +16,11 @@ from fsmkit.chart.analysis.effects import can_stop, is_plain
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.reactions.answers import print_answers
 from fsmkit.codegen.c.reactions.form_printer import FormPrinter, Lines
-from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
 from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document.document import Trigger

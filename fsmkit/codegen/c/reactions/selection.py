@@ -17,9 +17,9 @@ from fsmkit.chart.forms import form
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
 from fsmkit.codegen.c.expressions.expressions import Printer
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment

@@ -12,7 +12,7 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.reactions.exit_sets import ExitPrinter
 from fsmkit.codegen.c.reactions.form_printer import FormPrinter, Lines
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
-from fsmkit.codegen.c.reactions.sharing import RECORDED
+from fsmkit.codegen.c.sharing import RECORDED
 from fsmkit.document.document import Trigger
 from fsmkit.emit import Emitter
 from fsmkit.plan import Branch, Content, Enter, Reaction, Restore, Variant

@@ -1,9 +1,9 @@
-"""What several copies of a chart do, compared as typed trees: equal but for what belongs to a copy.
+"""Comparison of copies of a used chart as typed trees: equal but for the names of each copy.
 
-`unified` goes through the trees of all copies together. Where they differ in the name or the number
-of something that each copy has of its own, that is noted; the tree of the first copy then stands
-for all, once it is printed with names that know the notes (`small.together`). Any other
-difference ends the comparison: such trees are not alike.
+`unified` walks the trees of all copies together. Where each copy has a name or a number of its own,
+it notes them. The tree of the first copy is then printed for all, with names that know the notes
+(`small.copy_names`). Any other difference ends the comparison. The Plan's instances alone are not
+enough: arguments of a use (`with`, `bind`) are folded into constants, which only the trees have.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ from fsmkit.plan.operations import (
 )
 
 
-class Unlike(Exception):  # noqa: N818  (an outcome, which no host sees)
+class NotMergeable(Exception):  # noqa: N818  (an outcome, which no host sees)
     """Copies cannot have one body."""
 
 
 class Leaf(Enum):
-    """What a leaf of a tree names."""
+    """The kind of thing that a leaf of a tree names."""
 
     STATE = auto()
     EVENT = auto()
     SENT = auto()
-    """An event that leaves the machine: the host has a function for each."""
+    """An event that is sent to the host, which has a function for each."""
     TIMER = auto()
     VARIABLE = auto()
     LOCAL = auto()
@@ -69,8 +69,8 @@ class Leaf(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class At:
-    """Content, or a guard, with the events that can be at hand; ``what`` and ``of`` it is."""
+class ContentInContext:
+    """Content or a guard with the events that can be current; ``what`` is a comment."""
 
     events: tuple[int, ...]
     content: Any
@@ -80,21 +80,21 @@ class At:
 
 
 @dataclass(frozen=True, slots=True)
-class Handlers:
-    """What is done when a state is entered or left; ``what`` that is."""
+class StateActions:
+    """The actions of entering or exiting a state; ``what`` is a comment."""
 
     actions: tuple[Action, ...]
     what: str = field(compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Fired:
-    """What is done when the time of a transition has come."""
+class TimeoutBody:
+    """The body of a timeout."""
 
     transition: int
     armed: Arm | None
-    """It is armed again."""
-    guard: At | None
+    """The timer is armed again."""
+    guard: ContentInContext | None
 
 
 HostNote = tuple[Leaf, object]
@@ -103,14 +103,14 @@ Values = tuple[Any, ...]
 
 @dataclass
 class Differences:
-    """By what something is in the first copy: what it is in each."""
+    """The names and numbers of all copies, by those of the first."""
 
     chart: Chart
     notes: dict[HostNote, Values] = field(default_factory=dict)
     numbers: dict[str, Values] = field(default_factory=dict)
-    """Integers that differ, by the name of the variable that stands for them in the tree."""
+    """Integers that differ, by the name of the variable that represents them in the tree."""
     is_open: bool = False
-    """Whether any event may be at hand where the comparison is."""
+    """Whether any event may be current in the compared subtree."""
 
     @property
     def varying(self) -> Mapping[HostNote, Values]:
@@ -121,17 +121,17 @@ class Differences:
         """Note what a leaf is in each copy; the same thing cannot be two things in another."""
         if None in values:
             if any(value is not None for value in values):
-                raise Unlike
+                raise NotMergeable
             return
         if self.notes.setdefault((leaf, values[0]), values) != values:
-            raise Unlike
+            raise NotMergeable
 
 
 def unified(chart: Chart, trees: Sequence[object]) -> tuple[Any, Differences]:
-    """Return the tree that stands for those of all copies, and what differs in it.
+    """Return the tree that represents those of all copies, and what differs in it.
 
     Raises:
-        Unlike: They differ in anything else.
+        NotMergeable: They differ in anything else.
 
     """
     found = Differences(chart)
@@ -141,16 +141,16 @@ def unified(chart: Chart, trees: Sequence[object]) -> tuple[Any, Differences]:
 def _unified(trees: Values, found: Differences) -> Any:
     first = trees[0]
     if any(type(tree) is not type(first) for tree in trees):
-        raise Unlike
+        raise NotMergeable
     if isinstance(first, tuple):
         if any(len(tree) != len(first) for tree in trees):
-            raise Unlike
+            raise NotMergeable
         return tuple(_unified(parts, found) for parts in zip(*trees, strict=True))
     if isinstance(first, Literal):
         return _literal(trees, found)
     if not is_dataclass(first):
         if any(tree != first for tree in trees):
-            raise Unlike
+            raise NotMergeable
         return first
     leaves = _LEAVES.get(type(first), {})
     _require(trees, found)
@@ -170,16 +170,16 @@ def _unified(trees: Values, found: Differences) -> Any:
 
 
 def _literal(trees: Values, found: Differences) -> Any:
-    """Return a constant: the same in all, or an integer for which a variable stands."""
+    """Return a constant that is equal in all copies, or a variable for integers that differ."""
     first: Literal = trees[0]
     if all(tree.value == first.value and tree.type == first.type for tree in trees):
         return first
     types = [tree.type for tree in trees]
     if not all(isinstance(type_, IntType) for type_ in types):
-        raise Unlike
+        raise NotMergeable
     values = tuple(tree.value for tree in trees)
     if any(value < 0 for value in values):
-        raise Unlike
+        raise NotMergeable
     name = f"number {len(found.numbers)}"
     found.numbers[name] = values
     type_ = IntType(min(values), max(values), first.type.overflow)  # type: ignore[union-attr]
@@ -190,12 +190,12 @@ def _require(trees: Values, found: Differences) -> None:
     """End the comparison at what is printed by other means than names."""
     first = trees[0]
     if isinstance(first, Invoke | Decided | Watched | WantInvoke | DropInvoke | EndInvoked):
-        raise Unlike
-    if isinstance(first, EventName):  # the texts of all events that can be at hand
-        raise Unlike
+        raise NotMergeable
+    if isinstance(first, EventName):  # the names of all events that can be current
+        raise NotMergeable
     if isinstance(first, EventField) and found.is_open:
-        raise Unlike
-    if isinstance(first, At | Run):
+        raise NotMergeable
+    if isinstance(first, ContentInContext | Run):
         found.is_open = isinstance(first, Run) or not first.events
 
 
@@ -215,7 +215,7 @@ def _event(values: Values, _: object, found: Differences) -> None:
     """Note an event; where it carries anything, its payloads lie alike."""
     known = [None if event is None else found.chart.events[event].fields for event in values]
     if any(each != known[0] for each in known):
-        raise Unlike
+        raise NotMergeable
     found.note(Leaf.EVENT, values)
 
 
@@ -227,7 +227,7 @@ def _sent(values: Values, first: object, found: Differences) -> None:
 
 def _events(values: Values, first: object, found: Differences) -> None:
     if len({len(events) for events in values}) > 1:
-        raise Unlike
+        raise NotMergeable
     for each in zip(*values, strict=True):
         _event(each, first, found)
 
@@ -238,23 +238,23 @@ def _variable(values: Values, first: object, found: Differences) -> None:
 
 
 def _function(values: Values, _: object, found: Differences) -> None:
-    """Note a function of the chart: what calls have to know of it is the same in all copies."""
+    """Note a function of the chart, whose signature is equal in all copies."""
     shapes = [([p.type for p in f.parameters], f.result) for f in values]
     if any(shape != shapes[0] for shape in shapes):
-        raise Unlike
+        raise NotMergeable
     found.note(Leaf.FUNCTION, tuple(function.name for function in values))
 
 
 def _finals(values: Values, _: object, found: Differences) -> None:
-    """Note the final states of which one each is asked."""
+    """Note the final states of a parallel state's regions."""
     if any([*map(len, finals)] != [*map(len, values[0])] for finals in values):
-        raise Unlike
+        raise NotMergeable
     for each in zip(*(chain(*finals) for finals in values), strict=True):
         found.note(Leaf.STATE, each)
 
 
 def _ignored(_: Values, __: object, ___: Differences) -> None:
-    """Let differ what is not printed: it says again what another field says."""
+    """Accept a difference in a field that repeats another one."""
 
 
 _LEAVES: Mapping[type, Mapping[str, Noting]] = {
@@ -268,16 +268,16 @@ _LEAVES: Mapping[type, Mapping[str, Noting]] = {
     Log: {"label": _noting(Leaf.TEXT)},
     Arm: {"transition": _noting(Leaf.TIMER)},
     Disarm: {"transition": _noting(Leaf.TIMER)},
-    Fired: {"transition": _noting(Leaf.TAKEN)},
+    TimeoutBody: {"transition": _noting(Leaf.TAKEN)},
     IfFinal: {"state": _ignored, "finals": _finals},
     RaiseDone: {"event": _event},
-    At: {"events": _events},
+    ContentInContext: {"events": _events},
 }
 """By type and field: how the leaf is noted. All other fields are compared."""
 
 
-def handlers(plan: Plan, state: int, *, is_entry: bool) -> Handlers:
-    """Return what is done when a state is entered or left."""
+def state_actions(plan: Plan, state: int, *, is_entry: bool) -> StateActions:
+    """Return the actions of entering or exiting a state."""
     verb, actions = ("entry", plan.entering) if is_entry else ("exit", plan.leaving)
     what = f"{verb} of {plan.chart.states[state].id}, and of the same in each copy"
-    return Handlers(tuple(a for a in actions[state] if not isinstance(a, Forget)), what)
+    return StateActions(tuple(a for a in actions[state] if not isinstance(a, Forget)), what)

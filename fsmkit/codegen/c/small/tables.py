@@ -16,17 +16,22 @@ from fsmkit.chart.analysis.effects import can_stop
 from fsmkit.chart.chart import Transition
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ContentPrinter
+from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import WIDTH, narrowest
 from fsmkit.codegen.c.names import NARROW, Names
 from fsmkit.codegen.c.pieces import print_pieces
 from fsmkit.codegen.c.reactions.actions import ActionPrinter
 from fsmkit.codegen.c.reactions.form_printer import FormPrinter, Lines, Merged
-from fsmkit.codegen.c.reactions.forms import Form
 from fsmkit.codegen.c.reactions.selection import SelectionPrinter
-from fsmkit.codegen.c.small.alike import COPY, Alike
-from fsmkit.codegen.c.small.differences import At, Fired, Handlers, handlers
-from fsmkit.codegen.c.small.together import Together
+from fsmkit.codegen.c.small.copy_names import CopyNames
+from fsmkit.codegen.c.small.differences import (
+    ContentInContext,
+    StateActions,
+    TimeoutBody,
+    state_actions,
+)
+from fsmkit.codegen.c.small.merging import COPY, BodyMerger
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment
@@ -44,7 +49,7 @@ class TablePrinter(FormPrinter):
         super().__init__(names, content, selection)
         if not self.plan.is_single:
             self._region(content.functions)
-        self._alike = Alike(names, content.functions)
+        self._merger = BodyMerger(names, content.functions)
         self._states = range(1, len(self.chart.states))
         self._tables = tables_of(self.plan, selection.decisions)
         self._paths = self._tables.paths
@@ -113,11 +118,11 @@ class TablePrinter(FormPrinter):
             self.table(out, "region_of", self.plan.region_of, "By state: its region.")
         of_states = [self.plan.instances.state(state) for state in range(len(self.chart.states))]
         self._copies(out, "copy_of", of_states, "By state: the number of the copy it lies in.")
-        tree = partial(handlers, self.plan, is_entry=True)
+        tree = partial(state_actions, self.plan, is_entry=True)
         hook = self.names.hook("ENTER")
         self._over_states(out, "entry", hook, self.actions.entry_actions, tree)
         self._piece(out, "enter_place")
-        tree = partial(handlers, self.plan, is_entry=False)
+        tree = partial(state_actions, self.plan, is_entry=False)
         self._over_states(out, "exit", "FSM_HOOK_EXIT", self.actions.exit_actions, tree)
         self._piece(out, "leave_until")
         if any(isinstance(each, EnterRecorded) for each in self._paths.specials):
@@ -170,7 +175,7 @@ class TablePrinter(FormPrinter):
         verb: str,
         hook: str,
         print_: Callable[[Emitter, int], None],
-        tree: Callable[[int], Handlers],
+        tree: Callable[[int], StateActions],
     ) -> None:
         """Print a function that does what one state does when it is entered or exited.
 
@@ -184,7 +189,7 @@ class TablePrinter(FormPrinter):
             if lines := each.collected():
                 bodies[state] = lines
         places = {state: self.plan.instances.state(state) for state in bodies}
-        done, reads = self._alike.merge(bodies, places, tree, self._print_handlers)
+        done, reads = self._merger.merge(bodies, places, tree, self._print_handlers)
         out.define(f"{verb}_of")
         out.line(f"static void {p}_{verb}_of({p} *m, {self._width} place)")
         with out.block("{"):
@@ -345,7 +350,7 @@ class TablePrinter(FormPrinter):
         ]
         bodies = {t.index: (f"return {self.selection.asked(t)};",) for t in guarded}
         places = {t: self.plan.instances.transition(t) for t in bodies}
-        done, reads = self._alike.merge(bodies, places, self._guard, self._print_guard)
+        done, reads = self._merger.merge(bodies, places, self._guard, self._print_guard)
         before: list[str] = []
         if reads and any(state.defer for state in self.chart.states):
             before = [f"if (taken == {self.names.own_upper}_DEFER) {{", "    return true;", "}"]
@@ -368,7 +373,7 @@ class TablePrinter(FormPrinter):
                 places[number] = place if places.get(number, place) == place else None
                 first.setdefault(number, transition.index)
         bodies = {number: (f"return {text};",) for text, number in numbers.items()}
-        done, reads = self._alike.merge(
+        done, reads = self._merger.merge(
             bodies, places, lambda number: self._guard(first[number]), self._print_guard
         )
         of = [None, *(places[number] for number in numbers.values())]
@@ -433,7 +438,7 @@ class TablePrinter(FormPrinter):
         self, bodies: dict[int, Lines], tree: Callable[[int], Any], print_: Any, taken: str
     ) -> tuple[Merged, Lines]:
         places = {t: self.plan.instances.transition(t) for t in bodies}
-        done, reads = self._alike.merge(bodies, places, tree, print_)
+        done, reads = self._merger.merge(bodies, places, tree, print_)
         return done, (self._copy_of(taken),) if reads else ()
 
     def merge_contents(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
@@ -444,35 +449,39 @@ class TablePrinter(FormPrinter):
         """Return the bodies of timeouts, each once, and what is declared before them."""
         return self._merge(bodies, self._fired, self._print_fired, "timer.what")
 
-    def _print_handlers(self, out: Emitter, names: Together, tree: Any) -> None:
+    def _print_handlers(self, out: Emitter, names: CopyNames, tree: Any) -> None:
         self._actions_of(names).print(out, tree.actions, tree.what)
 
-    def _actions_of(self, names: Together) -> ActionPrinter:
+    def _actions_of(self, names: CopyNames) -> ActionPrinter:
         return ActionPrinter(names, self.content.under(names))
 
-    def _content(self, transition: int) -> At:
+    def _content(self, transition: int) -> ContentInContext:
         t = self.chart.transitions[transition]
-        return At(t.events, t.content, f"{self.selection.comment(t)}, in each copy")
+        return ContentInContext(t.events, t.content, f"{self.selection.comment(t)}, in each copy")
 
-    def _print_content(self, out: Emitter, names: Together, tree: Any) -> None:
+    def _print_content(self, out: Emitter, names: CopyNames, tree: Any) -> None:
         self.content.under(names).block(out, tree.content, tree.events, tree.what)
 
-    def _guard(self, transition: int) -> At | None:
+    def _guard(self, transition: int) -> ContentInContext | None:
         """Return the guard of a transition; None for one that is evaluated only once."""
         t = self.chart.transitions[transition]
-        return None if self.selection.is_remembered(t) else At(t.events, t.guard, "", transition)
+        return (
+            None
+            if self.selection.is_remembered(t)
+            else ContentInContext(t.events, t.guard, "", transition)
+        )
 
-    def _print_guard(self, out: Emitter, names: Together, tree: Any) -> None:
+    def _print_guard(self, out: Emitter, names: CopyNames, tree: Any) -> None:
         guarded = replace(self.chart.transitions[tree.of], guard=tree.content)
         out.line(f"return {self.selection.under(names).asked(guarded)};")
 
-    def _fired(self, transition: int) -> Fired | None:
+    def _fired(self, transition: int) -> TimeoutBody | None:
         t = self.chart.transitions[transition]
         armed = Arm(transition, t.delay) if t.trigger is Trigger.EVERY else None
-        guard = None if t.guard is None else At(t.events, t.guard, "", transition)
-        return Fired(transition, armed, guard) if self.names.form is Form.TABLES else None
+        guard = None if t.guard is None else ContentInContext(t.events, t.guard, "", transition)
+        return TimeoutBody(transition, armed, guard) if self.names.form is Form.TABLES else None
 
-    def _print_fired(self, out: Emitter, names: Together, tree: Any) -> None:
+    def _print_fired(self, out: Emitter, names: CopyNames, tree: Any) -> None:
         if tree.armed is not None:
             out.line(self._actions_of(names).arm(tree.transition))
         number = names.taken_by(tree.transition, lambda each: self.numbers(each)[0])

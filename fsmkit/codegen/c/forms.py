@@ -5,26 +5,28 @@ from __future__ import annotations
 from enum import Enum, auto
 
 from fsmkit.chart.analysis.effects import can_fail, has_effect
+from fsmkit.codegen.c.options import Options
 from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan
 
 
 class Form(Enum):
-    """How a machine finds out what an event does, and how it does it."""
+    """The representation of candidates and reactions in C."""
 
     FUNCTIONS = auto()
     """Straight code, in a function for each state or event."""
     TABLES = auto()
-    """Tables of what is asked, left and entered, and functions that read them."""
+    """Tables of candidates, exit sets and entry sets, and functions that read them."""
     GRID = auto()
     """A flat chart: the number of a piece of straight code, by state and event."""
 
 
-def form_of(plan: Plan, *, is_small: bool) -> Form:
-    """Return the form for speed, or that of the least bytes."""
-    if not is_small:
+def form_of(plan: Plan, options: Options) -> Form:
+    """Return the form for speed, or the form of the fewest bytes."""
+    if not options.is_small:
         return Form.FUNCTIONS
-    return Form.GRID if _is_flat(plan) and _is_full(plan) else Form.TABLES
+    has_grid = not options.is_tabled and _is_flat(plan) and _is_full(plan)
+    return Form.GRID if has_grid else Form.TABLES
 
 
 def _is_flat(plan: Plan) -> bool:

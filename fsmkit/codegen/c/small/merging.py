@@ -2,7 +2,7 @@
 
 What the instances of the Plan do is compared as typed trees (`small.differences`). The shared body
 is printed from the tree of the first copy, with names that compute from ``copy``, the number of the
-copy (`small.together`).
+copy (`small.copy_names`).
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from typing import Any
 
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.names import Names
-from fsmkit.codegen.c.small.differences import Unlike, unified
-from fsmkit.codegen.c.small.together import COPY, Defined, Together
+from fsmkit.codegen.c.small.copy_names import COPY, CopyNames, Defined
+from fsmkit.codegen.c.small.differences import NotMergeable, unified
 from fsmkit.emit import Emitter
 from fsmkit.plan.instances import Instance
 
-__all__ = ["COPY", "Alike", "Shared"]
+__all__ = ["COPY", "BodyMerger", "Shared"]
 
 Lines = tuple[str, ...]
 LINE, READ, TABLE = 12, 12, 16
 """Bytes of a line or a call, of a body that computes with `COPY`, of reading that from a table
 (Cortex-M0, gcc -Os, on the average); an entry of the table is one byte."""
-Print = Callable[[Emitter, Together, Any], None]
+Print = Callable[[Emitter, CopyNames, Any], None]
 """Prints a tree with the names that it is given."""
 
 
@@ -39,11 +39,11 @@ class Shared:
     """Lines that a body of one copy does not have."""
 
 
-class Alike:
+class BodyMerger:
     """Merges the bodies of copies of one machine."""
 
     def __init__(self, names: Names, functions: Unit) -> None:
-        """Begin; ``functions``: where those that bodies share are defined."""
+        """Create a merger; ``functions``: the unit for functions that bodies call."""
         self._names = names
         self._functions = functions
         self._groups = names.plan.instances.groups
@@ -56,7 +56,7 @@ class Alike:
         tree: Callable[[int], object | None],
         print_: Print,
     ) -> tuple[list[tuple[list[int], Lines]], bool]:
-        """Return bodies with all whose they are, and whether any reads ``copy``.
+        """Return bodies with their members, and whether any reads ``copy``.
 
         Args:
             bodies: The lines of each, by what they are of.
@@ -93,14 +93,14 @@ class Alike:
         return [(sorted(members), lines) for lines, members in found.items()], reads
 
     def _together(self, trees: Sequence[object | None], print_: Print) -> Shared | None:
-        """Return the body that does for each copy what its own tree says; None if there is none."""
+        """Return the body that all copies can share, or None."""
         if None in trees:
             return None
         out = Emitter()
         try:
             tree, found = unified(self._names.chart, trees)
-            names = Together.of(self._names, found, self._functions, self._defined)
+            names = CopyNames.of(self._names, found, self._functions, self._defined)
             print_(out, names, tree)
-        except Unlike:
+        except NotMergeable:
             return None
         return Shared(out.collected(), names.reads, names.cost)

@@ -11,32 +11,32 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy as copy_of
 
-from fsmkit.codegen.c.copies import Step, spelt
+from fsmkit.codegen.c.copies import Step, member_path
 from fsmkit.codegen.c.expressions.fragments import AND, Fragment
 from fsmkit.codegen.c.expressions.types import passed_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import NARROW, Names
-from fsmkit.codegen.c.small.differences import Differences, Leaf, Unlike, Values
+from fsmkit.codegen.c.small.differences import Differences, Leaf, NotMergeable, Values
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit.identifiers import legal
 from fsmkit.language import ArrayType, FunctionBody
 
 COPY = "copy"
-"""What the number of a copy is called where a body is that of several."""
+"""The variable with the number of a copy in a body that several copies share."""
 Defined = dict[tuple[object, ...], str]
 """Names of the functions and tables that bodies share, by what they are for."""
 
 
-class Together(Names):
+class CopyNames(Names):
     """Names that mean those of each copy."""
 
     passed = f", {COPY}"
     taken = f", uint8_t {COPY}"
 
     @classmethod
-    def of(cls, names: Names, found: Differences, out: Unit, defined: Defined) -> Together:
+    def of(cls, names: Names, found: Differences, out: Unit, defined: Defined) -> CopyNames:
         """Return the names for a body; functions and tables that it needs go to ``out``."""
         base = copy_of(names)
         own = cls.__new__(cls)
@@ -158,21 +158,23 @@ class Together(Names):
         values = self._varying(Leaf.VARIABLE, name)
         if values is None:
             return self.base.variable(name, machine)
-        ways = [() if self.structs is None else self.structs.ways.get(each, ()) for each in values]
-        length = len(ways[0])
-        if not all(ways) or any(len(way) != length for way in ways):
+        paths = [
+            () if self.structs is None else self.structs.paths.get(each, ()) for each in values
+        ]
+        length = len(paths[0])
+        if not all(paths) or any(len(path) != length for path in paths):
             return self._alone(values, machine)
-        apart = [n for n in range(length) if any(way[n] != ways[0][n] for way in ways)]
-        index = _index([way[apart[-1]] for way in ways])
-        before, behind = ways[0][: apart[-1]], spelt(ways[0][apart[-1] + 1 :])
+        apart = [n for n in range(length) if any(path[n] != paths[0][n] for path in paths)]
+        index = _index([path[apart[-1]] for path in paths])
+        before, behind = paths[0][: apart[-1]], member_path(paths[0][apart[-1] + 1 :])
         if len(apart) == 1 and index is not None:
-            return f"{machine}->{spelt(before)}.{index}.{behind}"
-        assert self.structs is not None  # noqa: S101  (it has their ways)
-        heads = [way[: apart[-1] + 1] for way in ways]
-        types = {self.structs.struct_at(way) for way in heads}
+            return f"{machine}->{member_path(before)}.{index}.{behind}"
+        assert self.structs is not None  # noqa: S101  (it has their paths)
+        heads = [path[: apart[-1] + 1] for path in paths]
+        types = {self.structs.struct_at(path) for path in heads}
         if len(types) > 1 or None in types:
             return self._alone(values, machine)
-        found = self._address(f"{types.pop()} *", ways[0][0][0], list(map(spelt, heads)))
+        found = self._address(f"{types.pop()} *", paths[0][0][0], list(map(member_path, heads)))
         return f"{found}({machine}, {COPY})->{behind}"
 
     def _alone(self, names: Values, machine: str) -> str:
@@ -185,7 +187,7 @@ class Together(Names):
         if not isinstance(type_, ArrayType):
             return f"(*{self._address(f'{ctype} *', 'value', places)}({machine}, {COPY}))"
         if isinstance(type_.element, ArrayType):
-            raise Unlike
+            raise NotMergeable
         places = [f"{place}[0]" for place in places]
         return f"{self._address(f'{ctype} *', 'value', places)}({machine}, {COPY})"
 
@@ -216,7 +218,7 @@ class Together(Names):
         declared = [self.operation(each) for each in values]
         shapes = [([p.type for p in o.parameters], o.result) for o in declared]
         if any(shape != shapes[0] for shape in shapes):
-            raise Unlike
+            raise NotMergeable
         fields, result = declared[0].parameters, declared[0].result
         passed = [self.field(part.name) for part in fields]
         calls = [self.base.calling(verb, each, passed, "m") for each in values]
@@ -272,7 +274,7 @@ class Together(Names):
         return self.defined[key]
 
     def of_text(self, text: str, line: Callable[[str], str]) -> list[str]:
-        """Return the statement that tells the text of the copy to a trace."""
+        """Return the statement that sends the string of the copy to a trace."""
         values = self._varying(Leaf.TEXT, text)
         if values is None:
             return self.base.of_text(text, line)

@@ -1,4 +1,4 @@
-"""Which region keeps in its own byte what a history recorded of it, while it is not active.
+"""Regions whose byte holds the record of a history while the region is not active.
 
 A deep history of a parallel state that is forgotten when that is entered (`chart.histories`) holds
 something exactly while the regions of the parallel state are not active, when their bytes would be
