@@ -23,6 +23,7 @@ from pathlib import Path
 from fsmkit.codegen.c.header import event_type
 from fsmkit.codegen.c.ir import OWN, OWN_UPPER, Unit
 from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.conditional import selected
 
 FOLDER = Path(__file__).parent / "pieces"
 Parts = Mapping[str, str | Sequence[str]]
@@ -109,7 +110,7 @@ def _pieces(file: str, facts: frozenset[tuple[str, bool]]) -> Mapping[str, Piece
     """Return the definitions of a file that are there if facts are so, by name."""
     found: dict[str, Piece] = {}
     lines: list[str] = []
-    for line in [*_taken(_text(file), dict(facts)), ""]:
+    for line in [*selected(_text(file), dict(facts)), ""]:
         if line:
             lines.append(line)
             continue
@@ -134,35 +135,4 @@ def _piece(lines: tuple[str, ...], code: Sequence[str]) -> Piece:
         name=_DEFINED.findall(named)[-1],
         is_private=is_type or head.startswith("static "),
         lines=lines,
-    )
-
-
-def _taken(lines: Sequence[str], facts: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the lines that conditions on facts let stand."""
-    open_: list[tuple[bool | None, bool]] = []
-    """Of each condition: whether it holds, None for one of the host; whether some branch did."""
-    for line in lines:
-        word, _, rest = line.partition(" ")
-        if word == "#if":
-            holds = _holds(rest, facts)
-            open_.append((holds, holds))
-        elif word in ("#elif", "#else") and open_[-1][0] is not None:
-            before = open_[-1][1]
-            holds = not before and (word == "#else" or _holds(rest, facts))
-            open_[-1] = holds, before or holds
-        elif word == "#endif" and open_[-1][0] is not None:
-            open_.pop()
-        else:
-            if all(holds is not False for holds, _ in open_):
-                yield line
-            if word in ("#ifdef", "#ifndef"):
-                open_.append((None, False))
-            elif word == "#endif":
-                open_.pop()
-
-
-def _holds(condition: str, facts: Mapping[str, bool]) -> bool:
-    return any(
-        all(facts[term.lstrip("!")] is not term.startswith("!") for term in each.split(" && "))
-        for each in condition.split(" || ")
     )

@@ -20,7 +20,6 @@ from fsmkit.codegen.python import (
 from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
-from fsmkit.codegen.python.folding import UNRECORDED, counted_facts, facts_of, recorded_facts
 from fsmkit.codegen.python.head import print_head, print_start, wrapped
 from fsmkit.codegen.python.lines import Lines, Piece, Uses, reached
 from fsmkit.codegen.python.linking import LINK, ME, spelt
@@ -32,6 +31,7 @@ from fsmkit.codegen.python.selection import (
 )
 from fsmkit.codegen.python.straight import Straight
 from fsmkit.codegen.python.trees import Trees
+from fsmkit.codegen.python.trimming import facts_of
 from fsmkit.emit import printing
 from fsmkit.emit.python import paragraph, source_name
 from fsmkit.plan import Plan, lower
@@ -159,19 +159,22 @@ def _class(
     own = [*start.pieces(), *body.pieces()]
     tables = saving.constants(image, names, needs) if image is not None else {}
     if numbering is not None:
-        tables |= recording.constants(chart, numbering, names, saves=saved)
+        tables |= recording.constants(chart, numbering, names)
     head = Lines(1)
     if not is_alone:
         print_head(head, plan, member, needs, shared, tables, None)
         text = "\n".join(piece.text for piece in own)
         opening = f"class {names.machine}({template.BASES[1]}):"
         return Piece(names.machine, f"{opening}\n{head.finish()}{text}")
-    facts = {
-        **facts_of(plan.features, image, is_traced=is_traced),
-        **(recorded_facts(saves=saved) if is_recorded else UNRECORDED),
-        **counted_facts(covered=covered),
-    }
-    methods, used = shared.folded(facts, own)
+    facts = facts_of(
+        plan.features,
+        image,
+        traced=is_traced,
+        recorded=is_recorded,
+        covered=covered,
+        saved=saved,
+    )
+    methods, used = shared.trimmed(facts, own)
     print_head(head, plan, member, needs, shared, tables, used)
     kept = [*start.pieces(), *methods, *body.pieces()]
     kept = [piece for piece in kept if piece.name in used]

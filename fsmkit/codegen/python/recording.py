@@ -9,16 +9,13 @@ from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.writing import period
 
 
-def constants(
-    chart: Chart, outermost: Numbering, names: Names, *, saves: bool
-) -> dict[str, object]:
+def constants(chart: Chart, outermost: Numbering, names: Names) -> dict[str, object]:
     """Return the tables by name.
 
     Args:
         chart: That of the class.
         outermost: The numbers of the machine around it, or its own.
         names: Those of the class.
-        saves: Saved machines are records, too.
 
     """
     results = [type_code(o.result) for o in chart.operations if o.result is not None]
@@ -33,7 +30,6 @@ def constants(
         ),
         "_RECORD_PLACES": tuple(_places(outermost)),
         "_RECORD_PERIOD": period(outermost.chart),
-        "_RECORD_SAVES": saves,
     }
 
 

@@ -8,15 +8,9 @@ from dataclasses import dataclass
 from functools import cache
 from textwrap import dedent, indent
 
-from fsmkit.codegen.python.folding import (
-    UNRECORDED,
-    Facts,
-    counted_facts,
-    folded_method,
-    recorded_facts,
-    uses_of,
-)
+from fsmkit.codegen.conditional import Facts
 from fsmkit.codegen.python.lines import Piece, reached
+from fsmkit.codegen.python.trimming import facts_of_family, trimmed_method, uses_of
 from fsmkit.runtime.library import PYTHON_LIBRARY
 
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
@@ -56,13 +50,13 @@ class Template:
         own = (method.name for method in self.methods)
         return frozenset((*own, *self.slots, *self.variables, *self.constants))
 
-    def folded(self, facts: Facts, own: Collection[Piece]) -> tuple[list[Piece], set[str]]:
+    def trimmed(self, facts: Facts, own: Collection[Piece]) -> tuple[list[Piece], set[str]]:
         """Return the methods that a machine needs, and all names that they and its own read.
 
         ``own``: what was printed for it, which takes the place of methods of the same name.
         """
         defined = {piece.name for piece in own}
-        methods = {m.name: folded_method(m, facts) for m in self.methods if m.name not in defined}
+        methods = {m.name: trimmed_method(m, facts) for m in self.methods if m.name not in defined}
         wanted = {name for name in (*methods, *defined) if is_offered(name)}
         found = reached([*own, *methods.values()], wanted)
         is_changed = True
@@ -108,10 +102,7 @@ def invoking(*, saved: bool = False, recorded: bool = False, covered: bool = Fal
     alone, more = machine(saved=saved, recorded=recorded), _read((INVOKING,))
     files = (FILES[-1], *_more(saved=saved, recorded=recorded))
     declared = [text for file in files if (text := _declared(file))]
-    facts = {
-        **(recorded_facts(saves=saved) if recorded else UNRECORDED),
-        **counted_facts(covered=covered),
-    }
+    facts = facts_of_family(recorded=recorded, covered=covered, saved=saved)
     first = _class(BASES[0], "What all machines share.", alone, "\n\n".join(declared), facts)
     doc = "A machine with slots for others, which know it."
     second = _class(f"{BASES[1]}({BASES[0]})", doc, more, _declared(INVOKING), facts)
@@ -124,7 +115,7 @@ def _class(opening: str, doc: str, read: Template, declared: str, facts: Facts) 
     slots = "".join(f'        "{slot}",\n' for slot in sorted(read.slots))
     head = f'class {opening}:\n    """{doc}"""\n\n    __slots__ = (\n{slots}    )\n'
     methods = indent(
-        "\n\n".join(folded_method(method, facts).text for method in read.methods), "    "
+        "\n\n".join(trimmed_method(method, facts).text for method in read.methods), "    "
     )
     return f"{head}\n{declared}\n\n{methods}"
 
@@ -194,7 +185,9 @@ def pieces(text: str) -> list[Piece]:
             assert isinstance(node, ast.AnnAssign)  # noqa: S101
             assert isinstance(node.target, ast.Name)  # noqa: S101
             name = node.target.id
-        own = "\n".join(lines[start : node.end_lineno]).strip("\n")
-        found.append(Piece(name, own, uses_of(node)))
-        start = node.end_lineno or start
+        end = node.end_lineno or start
+        while end < len(lines) and lines[end].lstrip(" ") == "# endif":
+            end += 1
+        found.append(Piece(name, "\n".join(lines[start:end]).strip("\n"), uses_of(node)))
+        start = end
     return found

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from textwrap import dedent, indent
 
-from fsmkit.codegen.python.folding import folded_method
+from fsmkit.codegen.conditional import selected
 from fsmkit.codegen.python.lines import Piece
 from fsmkit.codegen.python.template import without_remarks
 
@@ -23,8 +23,6 @@ PARTS: Mapping[str, str] = {
     "history": "History",
 }
 """The class of each part."""
-CHOICE = "INPUTS"
-"""What `steps` chooses by."""
 IMPORTS: Mapping[str, Mapping[str, str]] = {
     "always": {
         "typing": "ClassVar",
@@ -61,10 +59,10 @@ def steps_text(needed: AbstractSet[str]) -> str:
     chosen = [PARTS[name] for name in PARTS if name in needed]
     if not chosen:
         return ""
-    facts = {CHOICE: "inputs" in needed}
+    facts = {"INPUTS": "inputs" in needed}
     bodies = []
     for name in (WHOLE, *chosen):
         members = _classes()[name][1]
-        texts = (folded_method(m, facts).text if m.name else m.text for m in members)
-        bodies.append(indent("\n".join(texts).strip("\n"), "    "))
+        lines = selected("\n".join(member.text for member in members).split("\n"), facts)
+        bodies.append(indent("\n".join(lines).strip("\n"), "    "))
     return "\n\n".join((_classes()[WHOLE][0], *bodies))

@@ -1,7 +1,7 @@
 """The text of `Steps`, of which a generated module holds the parts that its chart needs.
 
 Nothing imports it. A part is the body of a class (`parts.PARTS`), which the generated `Steps` holds
-itself; a choice on `INPUTS` is made when that is written.
+itself; `codegen.conditional` reads the condition on `INPUTS`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,6 @@ from typing import Any, ClassVar
 from transitions import MachineError
 from transitions.extensions import HierarchicalMachine
 from transitions.extensions.nesting import NestedEventData
-
-INPUTS = True
-"""Whether time has to see what inputs have enabled before."""
 
 
 class Steps(HierarchicalMachine):
@@ -176,9 +173,10 @@ class Timers(Order):
 
     def run(self, now: int) -> None:
         """Do what is due until a time, in ticks: each at its own deadline, the oldest first."""
-        if INPUTS:
-            self.now = now
-            self.settle()
+        # if INPUTS
+        self.now = now
+        self.settle()
+        # endif
         self.wait(now)
 
     def wait(self, now: int) -> None:

@@ -204,8 +204,9 @@ class Invoking(Machine):
         if child.trace is not None:
             child._cause = f"@{self._now} > start"
             child._tell(None)
-        if self.records is not None:
-            child._record_started()
+        # if RECORDED
+        child._record_started()
+        # endif
         child._budget = child.MICROSTEPS - 1
         child._begin()
         child._settle()

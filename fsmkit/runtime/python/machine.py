@@ -41,8 +41,9 @@ class Machine(Stepping):
         self._clear(0)
         self._running = False
         self._reset_data()
-        if self.records is not None:
-            self._record_prepare()
+        # if RECORDED
+        self._record_prepare()
+        # endif
 
     def _clear(self, now: int) -> None:
         """Reset to a newly started machine without active states."""
@@ -67,23 +68,28 @@ class Machine(Stepping):
         """Start or restart at a time in ticks: enter the initial states."""
         self._claim()
         try:
-            if self.records is not None:
-                self._record_starting(now & CLOCK)
+            # if RECORDED
+            self._record_starting(now & CLOCK)
+            # endif
             self._reset_data()
             self._clear(now)
             if self.trace is not None:
                 self._cause = f"@{self._now} > start"
                 self._tell(None)
-            if self.records is not None:
-                self._record_started()
+            # if RECORDED
+            self._record_started()
+            # endif
             self._budget = self.MICROSTEPS - 1
             self._begin()
             self._settle()
-            if self.records is not None:
-                self._record_end()
+            # if RECORDED
+            self._record_end()
+            # endif
+        # if CALLS_HOST
         except BaseException:
             self._break_off()
             raise
+        # endif
         finally:
             self._busy = False
 
@@ -101,8 +107,10 @@ class Machine(Stepping):
         self._claim()
         if now is not None and self._running:
             self._now = now & CLOCK
+        # if PAYLOAD
         if self.WIDTH:
             self._fields[: len(payload)] = payload
+        # endif
         return self._process(index)
 
     def _process(self, event: int) -> bool:
@@ -111,17 +119,21 @@ class Machine(Stepping):
             self.reply = None
             if not self._running:
                 return False
-            if self.records is not None:
-                self._record_calling(self._now)
-                self._record_dispatched(event)
+            # if RECORDED
+            self._record_calling(self._now)
+            self._record_dispatched(event)
+            # endif
             self._open(event)
             is_handled = self._react(event, may_defer=False)
             self._settle()
-            if self.records is not None:
-                self._record_end()
+            # if RECORDED
+            self._record_end()
+            # endif
+        # if CALLS_HOST
         except BaseException:
             self._break_off()
             raise
+        # endif
         finally:
             self._busy = False
         return is_handled
@@ -135,30 +147,42 @@ class Machine(Stepping):
         self._claim()
         try:
             now &= CLOCK
-            if self.records is not None:
-                self._record_calling(now)
+            # if RECORDED
+            self._record_calling(now)
+            # endif
             if not self._running:
-                if self.records is not None:
-                    self._record_end()
+                # if RECORDED
+                self._record_end()
+                # endif
                 return False
             self._now = now
+            # if SAMPLES_INPUTS
             if self.SAMPLES_INPUTS:
                 self._try_eventless()
-            allowance = self._queue_count + self._deferred_count + self.MICROSTEPS
+            # endif
+            allowance = self._queue_count + self.MICROSTEPS
+            # if DEFERRAL
+            allowance += self._deferred_count
+            # endif
             while self._running:
                 if allowance > 0 and self._take_queued():
                     allowance -= 1
+                # if TIMED
                 elif self._is_due(now):
                     self._fire()
                     allowance = self.MICROSTEPS
+                # endif
                 else:
                     break
             self._now = now
-            if self.records is not None:
-                self._record_end()
+            # if RECORDED
+            self._record_end()
+            # endif
+        # if CALLS_HOST
         except BaseException:
             self._break_off()
             raise
+        # endif
         finally:
             self._busy = False
         return self._running
@@ -169,7 +193,11 @@ class Machine(Stepping):
 
     def next_deadline(self) -> int | None:
         """Return the first deadline in ticks, or None if no timer is armed."""
-        return self._timer_due[0] if self._timer_count else None
+        # if TIMED
+        if self._timer_count:
+            return self._timer_due[0]
+        # endif
+        return None
 
     def is_in(self, state: str) -> bool:
         """Whether the state of that name is active."""
@@ -211,11 +239,14 @@ class Machine(Stepping):
 
     def _place(self, event: int, size: int, payload: tuple[Any, ...]) -> bool:
         """Put an event into the queue; False if that is full or the machine does not run."""
-        if self.records is not None:
-            self._record_posted(event, payload)
+        # if RECORDED
+        self._record_posted(event, payload)
+        # endif
         at = self._enqueue(event)
         if at < 0:
             return False
+        # if PAYLOAD
         if self.WIDTH:
             self._queue_fields[at : at + size] = payload
+        # endif
         return True

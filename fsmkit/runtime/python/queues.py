@@ -14,7 +14,11 @@ class Queues(Traced):
 
     def _has_room(self) -> bool:
         """Whether the external queue takes one more event, deferred ones included."""
-        return self._queue_count + self._deferred_count < self.QUEUE
+        waiting = self._queue_count
+        # if DEFERRAL
+        waiting += self._deferred_count
+        # endif
+        return waiting < self.QUEUE
 
     def _enqueue(self, event: int) -> int:
         """Append to the external queue; return the index for the payload, or -1 if full."""
@@ -23,7 +27,10 @@ class Queues(Traced):
         at = (self._queue_head + self._queue_count) % self.QUEUE
         self._queue_count += 1
         self._queue_event[at] = event
-        return at * self.WIDTH
+        # if PAYLOAD
+        at *= self.WIDTH
+        # endif
+        return at
 
     def _enqueue_own(self, event: int) -> int:
         """Append an event that the machine sends to itself, and report an overflow."""
@@ -34,7 +41,10 @@ class Queues(Traced):
         at = (self._queue_head + self._queue_count) % self.QUEUE
         self._queue_count += 1
         self._queue_event[at] = event
-        return at * self.WIDTH
+        # if PAYLOAD
+        at *= self.WIDTH
+        # endif
+        return at
 
     def _enqueue_internal(self, event: int) -> int:
         """Append to the internal queue; return the index for the payload. Overflow is a fault."""
@@ -46,22 +56,31 @@ class Queues(Traced):
         at = (self._internal_head + self._internal_count) % self.INTERNAL
         self._internal_count += 1
         self._internal_event[at] = event
+        # if PAYLOAD
         if self.WIDTH:
             self._internal_fields[at * self.WIDTH] = ""  # the only payload of an error is an id
-        return at * self.WIDTH
+        # endif
+        # if PAYLOAD
+        at *= self.WIDTH
+        # endif
+        return at
 
     def _recall(self) -> int:
         """Take the oldest event that no active state defers now, else the oldest queued one."""
         for i in range(self._deferred_count):
             event = self._deferred_event[i]
             if not self._active & self.DEFERRING[event]:
+                # if PAYLOAD
                 for k in range(self.WIDTH):
                     self._fields[k] = self._deferred_fields[i * self.WIDTH + k]
+                # endif
                 self._deferred_count -= 1
                 for j in range(i, self._deferred_count):
                     self._deferred_event[j] = self._deferred_event[j + 1]
+                # if PAYLOAD
                 for k in range(i * self.WIDTH, self._deferred_count * self.WIDTH):
                     self._deferred_fields[k] = self._deferred_fields[k + self.WIDTH]
+                # endif
                 return event
         return self._take_external()
 
@@ -72,8 +91,10 @@ class Queues(Traced):
         at = self._queue_head
         self._queue_head = (at + 1) % self.QUEUE
         self._queue_count -= 1
+        # if PAYLOAD
         for k in range(self.WIDTH):
             self._fields[k] = self._queue_fields[at * self.WIDTH + k]
+        # endif
         return self._queue_event[at]
 
     def _take_internal(self) -> int:
@@ -81,8 +102,10 @@ class Queues(Traced):
         at = self._internal_head
         self._internal_head = (at + 1) % self.INTERNAL
         self._internal_count -= 1
+        # if PAYLOAD
         for k in range(self.WIDTH):
             self._fields[k] = self._internal_fields[at * self.WIDTH + k]
+        # endif
         return self._internal_event[at]
 
     def _defer(self, event: int) -> None:
@@ -90,8 +113,10 @@ class Queues(Traced):
         at = self._deferred_count
         self._deferred_count += 1
         self._deferred_event[at] = event
+        # if PAYLOAD
         for k in range(self.WIDTH):
             self._deferred_fields[at * self.WIDTH + k] = self._fields[k]
+        # endif
 
     def _stop(self, reason: str) -> None:
         """Put the machine into a fault; the first one counts."""
@@ -105,8 +130,9 @@ class Queues(Traced):
         if self._fault is None:
             self._fault = "exception"
         self._running = self._finished = False
-        if self.records is not None:
-            self._record_broken()
+        # if RECORDED
+        self._record_broken()
+        # endif
 
     def _error_execution(self) -> None:
         """Report content that could not be evaluated."""

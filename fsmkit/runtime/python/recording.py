@@ -25,7 +25,6 @@ class Recording(Saving):
     _RECORD_FIRST: ClassVar[tuple[int, int, int]]
     _RECORD_PLACES: ClassVar[tuple[tuple[int, int, int], ...]]
     _RECORD_PERIOD: ClassVar[int]
-    _RECORD_SAVES: ClassVar[bool]
 
     records: bytearray
     _record_first: int
@@ -60,8 +59,10 @@ class Recording(Saving):
         self._record_start = places[1]
         self._record_result = places[2]
         number += 1
+        # if SLOTS
         for slot, _ in enumerate(self._SLOT_BYTES):
             number = self._children[slot]._record_join(root, number)
+        # endif
         return number
 
     # --- calls of the host ------------------------------------------------------------------------
@@ -186,14 +187,15 @@ class Recording(Saving):
     def _record_whole(self, now: int) -> None:
         """Put the states, and the saved machine where there is one."""
         self._record_sync(now)
-        if self._RECORD_SAVES:
-            try:
-                image = self._image(now)
-            except ValueError:
-                return  # it holds a text that no saved machine can
-            self.records.append(0x75)
-            self._record_varint(len(image))
-            self.records += image
+        # if RECORD_SAVES
+        try:
+            image = self._image(now)
+        except ValueError:
+            return  # it holds a text that no saved machine can
+        self.records.append(0x75)
+        self._record_varint(len(image))
+        self.records += image
+        # endif
 
     def _record_sync(self, now: int) -> None:
         """Put the states of the machine and of those in its slots."""
@@ -211,7 +213,9 @@ class Recording(Saving):
     def _record_numbers(self) -> Iterator[int]:
         """Yield the numbers of the states of this machine, then of those in its slots."""
         yield from self._state_numbers()
+        # if SLOTS
         for slot, _ in enumerate(self._SLOT_BYTES):
             child = self._children[slot]
             numbers = child._record_numbers()
             yield from numbers if child._running else (0 for _ in numbers)
+        # endif

@@ -74,8 +74,9 @@ class Saving(Imaging):
             except ValueError:
                 self._forget(0)
                 raise
-            if self.records is not None:
-                self._record_restored(now & CLOCK)
+            # if RECORDED
+            self._record_restored(now & CLOCK)
+            # endif
         finally:
             self._busy = False
 
@@ -102,7 +103,10 @@ class Saving(Imaging):
         for name, type_ in self._VARIABLES:
             self._put_value(data, type_, getattr(self, name))
         if not self._running:
-            data += bytes(self._rest_bytes() + sum(self._SLOT_BYTES))
+            data += bytes(self._rest_bytes())
+            # if SLOTS
+            data += bytes(sum(self._SLOT_BYTES))
+            # endif
             return
         full = len(data) + self._rest_bytes()
         data.append(self._queue_count)
@@ -110,20 +114,26 @@ class Saving(Imaging):
             at = (self._queue_head + i) % self.QUEUE
             self._put_event(data, self._queue_event[at], self._queue_fields, at * self.WIDTH)
         data += bytes((self.QUEUE - self._queue_count) * (2 + self._PAYLOAD))
+        # if DEFERRABLE
         if self._DEFERRABLE:
             data.append(self._deferred_count)
             for i in range(self._deferred_count):
                 at = i * self.WIDTH
                 self._put_event(data, self._deferred_event[i], self._deferred_fields, at)
             data += bytes((self._DEFERRABLE - self._deferred_count) * (2 + self._PAYLOAD))
+        # endif
+        # if ARMED
         if self._ARMED:
             self._put_timers(data, now)
+        # endif
         data += bytes(full - len(data))
+        # if SLOTS
         for slot, size in enumerate(self._SLOT_BYTES):
             if self._children[slot].running:
                 self._children[slot]._put_machine(data, now)
             else:
                 data += bytes(size)
+        # endif
 
     def _put_timers(self, data: bytearray, now: int) -> None:
         data.append(self._timer_count)
@@ -142,10 +152,14 @@ class Saving(Imaging):
     def _rest_bytes(self) -> int:
         """Return the size of all events and timers."""
         size = 1 + self.QUEUE * (2 + self._PAYLOAD)
+        # if DEFERRABLE
         if self._DEFERRABLE:
             size += 1 + self._DEFERRABLE * (2 + self._PAYLOAD)
+        # endif
+        # if ARMED
         if self._ARMED:
             size += 1 + self._ARMED * 6
+        # endif
         return size + self._LATER * (8 + self._PAYLOAD)
 
     def _put_event(self, data: bytearray, event: int, fields: list[Any], at: int) -> None:
@@ -183,20 +197,26 @@ class Saving(Imaging):
             self._queue_event[i] = self._get_event(read, self._queue_fields, i * self.WIDTH)
             self._queue_count = i + 1
         self._skip(read, (self.QUEUE - self._queue_count) * (2 + self._PAYLOAD))
+        # if DEFERRABLE
         if self._DEFERRABLE:
             for i in range(self._get_count(read, self._DEFERRABLE, "deferred events")):
                 at = i * self.WIDTH
                 self._deferred_event[i] = self._get_event(read, self._deferred_fields, at)
                 self._deferred_count = i + 1
             self._skip(read, (self._DEFERRABLE - self._deferred_count) * (2 + self._PAYLOAD))
+        # endif
+        # if ARMED
         if self._ARMED:
             self._get_timers(read, now)
+        # endif
+        # if SLOTS
         for slot, size in enumerate(self._SLOT_BYTES):
             within = bytes(islice(read, size))
             if within[:2] != b"\0\0":
                 self._children[slot]._get_machine(iter(within), now)
             else:
                 self._children[slot]._forget(now)
+        # endif
         self._running, self._finished = status == 1, status == 2
         self._fault = self._FAULTS[fault] or None
 

@@ -34,7 +34,11 @@ class Stepping(Timers):
 
     def _take_queued(self) -> bool:
         """Take the oldest recalled event, else the oldest queued one; return whether it exists."""
+        # if DEFERRAL
         event = self._recall() if self._deferred_count else self._take_external()
+        # else
+        event = self._take_external()
+        # endif
         if event == NOTHING:
             return False
         self._open(event)
@@ -51,13 +55,17 @@ class Stepping(Timers):
         on = self._ON[event]
         if on is not None and on(self):
             return True
+        # if DEFERRAL
         if self._is_deferred and may_defer and self._has_room():
             self._defer(event)
             return False
+        # endif
         if self.trace is not None:
             self._tell("unhandled " + self.EVENTS[event])
+        # if ERROR_FAULTS
         if event in self.ERRORS:
             self._stop(self.EVENTS[event])
+        # endif
         return False
 
     def _settle(self) -> None:
@@ -65,15 +73,22 @@ class Stepping(Timers):
         while self._running and self._fault is None:
             self._tried = 0
             chosen = self._select_eventless()
+            # if INTERNAL
             if self._fault is not None or not (chosen or self._internal_count):
                 break
+            # else
+            if self._fault is not None or not chosen:
+                break
+            # endif
             if self._budget <= 0:
                 self._stop("microsteps")
             elif chosen:
                 self._budget -= 1
                 self._microstep(chosen)
+            # if INTERNAL
             elif self._internal_count:
                 self._react(self._take_internal(), may_defer=False)
+            # endif
         if self._fault is not None:
             self._running = self._finished = False
         elif not self._running:
@@ -85,18 +100,22 @@ class Stepping(Timers):
 
     def _microstep(self, chosen: int) -> None:
         """Exit, run the content of the transitions, enter (Appendix D, microstep)."""
+        # if REGIONS
         if chosen & chosen - 1:
             self._take_several(chosen)
             return
+        # endif
         index = chosen.bit_length() - 1
         if (leave := self._LEAVE[index]) is not None:
             leave(self)
         if self.trace is not None:
             self._tell(f"t {index}")
-        if self.records is not None:
-            self._record_taken(index)
-        if self._counting is not None:
-            self._count_taken(index)
+        # if RECORDED
+        self._record_taken(index)
+        # endif
+        # if COVERED
+        self._count_taken(index)
+        # endif
         if (do := self._DO[index]) is not None:
             do(self)
         if (enter := self._ENTER[index]) is not None:
@@ -116,10 +135,12 @@ class Stepping(Timers):
                 continue
             if self.trace is not None:
                 self._tell(f"t {index}")
-            if self.records is not None:
-                self._record_taken(index)
-            if self._counting is not None:
-                self._count_taken(index)
+            # if RECORDED
+            self._record_taken(index)
+            # endif
+            # if COVERED
+            self._count_taken(index)
+            # endif
             if (do := self._DO[index]) is not None:
                 do(self)
         rest = chosen
@@ -163,8 +184,9 @@ class Stepping(Timers):
             self._active |= bit
             if self.trace is not None:
                 self._tell("+ " + self.STATES[state])
-            if self._counting is not None:
-                self._count(state)
+            # if COVERED
+            self._count(state)
+            # endif
             if (entered := self._ENTERED[state]) is not None:
                 entered(self, defaults)
 
@@ -190,33 +212,47 @@ class Stepping(Timers):
         """Fire the first timer, at its deadline."""
         what = self._timer_what[0]
         self._now = self._timer_due[0]
+        # if DELAYS
         if what < 0:
             self._deliver(~what)
-        else:
-            self._remove(0)
-            self._time_out(what)
+            return
+        # endif
+        # if TIMEOUTS
+        self._remove(0)
+        self._time_out(what)
+        # endif
 
     def _deliver(self, event: int) -> None:
         """Send the delayed event of the first timer."""
         route = self._timer_route[0]
         peer = self._timer_peer[0]
+        # if PAYLOAD
         for k in range(self.WIDTH):
             self._fields[k] = self._timer_fields[k]
+        # endif
         self._remove(0)
         self._sends -= 1
+        # if DELAYS_INTERNAL
         if route == 1:
             self._open(event)
             self._react(event, may_defer=False)
             self._settle()
-        elif route == 2:
+        # endif
+        # if DELAYS_PORT
+        if route == 2:
             port = self._PORTS[event]
             if port is not None:
                 port(self, peer)
-        elif route == 0:
+        # endif
+        # if DELAYS_SELF
+        if route == 0:
             at = self._enqueue_own(event)
+            # if PAYLOAD
             if at >= 0:
                 for k in range(self.WIDTH):
                     self._queue_fields[at + k] = self._fields[k]
+            # endif
+        # endif
 
     def _time_out(self, transition: int) -> None:
         """Take the first enabled transition that waits for a timer, if any."""
@@ -225,11 +261,15 @@ class Stepping(Timers):
         if self.trace is not None:
             self._cause = f"@{self._now} > timeout {transition}"
             self._tell(None)
+        # if PERIODS
         if self.PERIODS[transition]:
             self._arm(transition, self.PERIODS[transition])
+        # endif
         self._tried = 0
+        # if TIMED_GUARDS
         if (self._GUARDS[transition] is None or self._test(transition)) and self._fault is None:
             self._microstep(1 << transition)
+        # if ALTERNATIVES
         else:
             for other in self.OTHERS[transition]:
                 if self._fault is not None:
@@ -237,6 +277,11 @@ class Stepping(Timers):
                 if (self._GUARDS[other] is None or self._test(other)) and self._fault is None:
                     self._microstep(1 << other)
                     break
+        # endif
+        # else
+        if self._fault is None:
+            self._microstep(1 << transition)
+        # endif
         self._settle()
 
     # --- selection --------------------------------------------------------------------------------

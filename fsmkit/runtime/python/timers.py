@@ -33,13 +33,17 @@ class Timers(Queues):
         """Copy a timer to another place."""
         self._timer_due[target] = self._timer_due[source]
         self._timer_what[target] = self._timer_what[source]
+        # if DELAYS
         if self._sends:
             self._timer_mark[target] = self._timer_mark[source]
             self._timer_route[target] = self._timer_route[source]
             self._timer_peer[target] = self._timer_peer[source]
+            # if PAYLOAD
             for k in range(self.WIDTH):
                 part = self._timer_fields[source * self.WIDTH + k]
                 self._timer_fields[target * self.WIDTH + k] = part
+            # endif
+        # endif
 
     def _remove(self, at: int) -> None:
         """Drop the timer at a place."""
@@ -67,7 +71,10 @@ class Timers(Queues):
         self._timer_mark[at] = mark
         self._timer_route[at] = route
         self._timer_peer[at] = peer
-        return at * self.WIDTH
+        # if PAYLOAD
+        at *= self.WIDTH
+        # endif
+        return at
 
     def _cancel(self, mark: int) -> None:
         """Drop the delayed sends of an id."""

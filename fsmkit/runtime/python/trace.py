@@ -113,8 +113,9 @@ class Traced(Unrecorded):
 
     def _tell(self, line: str | None) -> None:
         """Write a line to the trace, after the line of its cause."""
-        if self.records is not None:
-            self._record_root._record_is_open = True
+        # if RECORDED
+        self._record_root._record_is_open = True
+        # endif
         trace = self.trace
         if trace is None:
             return
