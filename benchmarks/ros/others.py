@@ -40,11 +40,11 @@ def main(what: str, domain: int, *, is_insecure: bool) -> None:
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
 
-    from fsmkit.carriers.ros.domain import Joined
+    from fsmkit.carriers.ros.domain import Participant
     from fsmkit.carriers.ros.messages import STANDARD
     from fsmkit.carriers.ros.structs import message_of, struct_of
 
-    joined = Joined(domain, is_insecure=is_insecure)
+    joined = Participant(domain, is_insecure=is_insecure)
     type_ = STANDARD["std_msgs/msg/UInt32"]
     qos = Qos(Policy.Reliability.Reliable(0), Policy.History.KeepLast(10))
     topics = [

@@ -1,5 +1,5 @@
-"""What carries frames between nodes, and joins nodes with programs and wires that know no frames.
+"""Carriers transport frames between nodes, and connect nodes with other programs and wires.
 
-A carrier is one folder: ``plugin.py`` says what it can do, ``keys.py`` has the keys of files, ``c``
-its C. docs/how-to/add-a-carrier.md describes the protocols. Carriers never import each other.
+A carrier is one folder: ``plugin.py`` implements the protocols, ``keys.py`` has the keys of files,
+``c`` its C. docs/how-to/add-a-carrier.md describes the protocols. Carriers never import each other.
 """

@@ -1,11 +1,11 @@
-"""A CAN bus that nodes of fsmkit share: the messages, their identifiers and their bits.
+"""Compute the messages of a CAN bus that nodes of fsmkit share, their identifiers and bit layout.
 
-Nothing of it is written by hand. An identifier is the base and the rank of a message: first the
-events, those with a `priority:` by it, the others as the system file has them; then the levels of
-each node; last what each node says of itself, `hello`. Byte 0 of an event or of levels counts the
-frames of the message, modulo 256; the values follow, packed by bits from byte 1 on, each as its
-distance from the least of its type. `hello` is sent at the start and every 100 ms: the hash of map
-and layout (4 bytes), the session (2) and the events sent (2), each modulo its size.
+An identifier is the base plus the rank of a message: first the events, those with a `priority:` by
+it, the others in the order of the system file; then the levels of each node; last the `hello` of
+each node. Byte 0 of an event or of levels counts the frames of the message, modulo 256; the values
+follow, packed by bits from byte 1 on, each as its distance from the minimum of its type. `hello` is
+sent at the start and every 100 ms: the hash of map and layout (4 bytes), the session (2) and the
+events sent (2), each modulo its size.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CAN = "can"
 """The name of the carrier."""
 BASE = 0x100
 HIGHEST = 0x7FF
-"""Of identifiers of 11 bits."""
+"""The greatest identifier of 11 bits."""
 PERIOD = 10_000
 """Microseconds of a cycle of the nodes."""
 HELLO = 100
@@ -51,7 +51,7 @@ class CanNet:
 
     bus: str
     hash: int
-    """Of the event map and of the layout: the same on all nodes that understand each other."""
+    """The hash of event map and layout: the same on all compatible nodes."""
     events: tuple[CanWire | None, ...]
     """By number of the event map, from 1; None: one end is a foreign node."""
     levels: Mapping[int, CanWire]
@@ -80,7 +80,7 @@ class CanNet:
         return any(wire.message.is_fd for wire in self.wires)
 
     def times(self, others: Iterable[TimedFrame]) -> CanTimes:
-        """Return the response times, with what else is on the bus."""
+        """Return the response times, with the ``others`` on the bus."""
         own = [(wire.message, frame) for wire, frame in self.frames]
         return times_of(self.bus, own, others, self.bitrate, self.error_bits)
 
@@ -92,15 +92,14 @@ def can_net(
     levels: tuple[int, int],
     findings: Findings,
 ) -> CanNet | None:
-    """Return the messages of a bus between nodes of fsmkit; None after saying why there are none.
+    """Return the messages of a bus between nodes of fsmkit; None after an error.
 
     Args:
-        map_: What crosses the nodes.
+        map_: The event map.
         links: By number of the message, from 1, its connection.
-        options: Of the deployment, by the keys of links.
-        levels: The microseconds in a cycle of the nodes, unless the deployment says how many, and
-            the cycles from levels to levels.
-        findings: Gets what is wrong.
+        options: The deployment's options, by the keys of links.
+        levels: The default cycle of the nodes in microseconds, and the cycles between levels.
+        findings: Receives the errors.
 
     """
     bus = options["bus"]
@@ -163,7 +162,7 @@ def _base(text: Text | None, findings: Findings) -> int:
 
 
 class _Layout:
-    """Makes the messages, in the order of their identifiers."""
+    """Creates the messages, in the order of their identifiers."""
 
     def __init__(
         self, map_: EventMap, links: Sequence[EventLink], base: int, period: int, span: Span
@@ -270,7 +269,7 @@ class _Layout:
         return wire
 
     def entry(self, wire: CanWire) -> Entry:
-        """Return a message as the file has it: with its counter."""
+        """Return a message for the DBC file: with its counter."""
         message = wire.message
         if wire.number is not None:
             count = signal_of("count", IntType(0, 255), 0, self.span)
@@ -278,7 +277,7 @@ class _Layout:
         return Entry(message, self.comments[message.frame])
 
     def timed(self, wire: CanWire, bitrate: int) -> TimedFrame:
-        """Return a message as the analysis of response times has it."""
+        """Return a message for the analysis of response times."""
         message = wire.message
         microseconds = LEAST_PAUSE * 1000 if not message.cycle else message.cycle * 1000
         if wire.number == LEVELS:
@@ -297,7 +296,7 @@ class _Layout:
 
 
 def _sources(levels: tuple[LevelType, ...]) -> list[tuple[str, Type, list[int]]]:
-    """Return each level of a node once, with its places in the payload."""
+    """Return each level of a node once, with its indices in the payload."""
     found: dict[tuple[str, str], tuple[str, Type, list[int]]] = {}
     for place, level in enumerate(levels):
         key = level.source.machine, level.source.name
@@ -307,7 +306,7 @@ def _sources(levels: tuple[LevelType, ...]) -> list[tuple[str, Type, list[int]]]
 
 
 def signal_of(name: str, type_: Type, start: int, span: Span) -> Signal:
-    """Return a signal for values of a type, in as few bits as they need, one at least."""
+    """Return a signal for values of a type, with the fewest bits (at least one)."""
     if isinstance(type_, FloatType):
         return Signal(name, type_, start, type_.bits, False, False, span)
     found = of_type(type_)
@@ -332,7 +331,7 @@ def signal_of(name: str, type_: Type, start: int, span: Span) -> Signal:
 def late_by_connection(
     system: System, links: Sequence[EventLink], net: CanNet, times: CanTimes
 ) -> dict[Connection, int]:
-    """Return how late events of the bus may come, in microseconds, by their connection."""
+    """Return the maximum latency of events on the bus in microseconds, by connection."""
     late = {message.name: response for message, response in times.responses}
     found = {}
     for link, wire in zip(links, net.events, strict=True):
@@ -343,7 +342,7 @@ def late_by_connection(
 
 
 def report_late(times: CanTimes, net: CanNet, at: Text, findings: Findings) -> None:
-    """Report each message that may come later than its cycle, or without a bound."""
+    """Report each message that may be later than its cycle, or without a bound."""
     frames = {wire.message.name: (wire, frame) for wire, frame in net.frames}
     for message, response in times.responses:
         wire, frame = frames[message.name]

@@ -1,8 +1,8 @@
-"""The chart of a node of a DBC file: a machine of the environment that sends what it may send.
+"""The chart of a node in a DBC file: a machine of the environment with its possible messages.
 
-Signals of a message with a cycle are outputs, set in each cycle to whatever the explorer chooses;
-a message without one is an event. With ``may_fall_silent`` the node may stop, as after bus-off, and
-say so by ``<message>_silent`` once 2.5 cycles have passed without the message.
+Signals of a message with a cycle are outputs, set in each cycle to a value that the explorer
+chooses; a message without one is an event. With ``may_fall_silent`` the node may stop, as after
+bus-off, and signal that by ``<message>_silent`` once 2.5 cycles have passed without the message.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ LEAST_SILENCE = 100
 
 
 def names_of_levels(dbc: Dbc, node: str) -> dict[tuple[str, str], str]:
-    """Return the names of the levels that a node sends and takes, by message and signal.
+    """Return the names of the levels that a node sends and receives, by message and signal.
 
-    It is the signal's alone where that is one of its kind, else the message's is put before it.
+    It is the signal's name if that is unique in its kind, else prefixed by the message's.
     """
     cyclic = [m for m in dbc.messages if m.is_levels and node in m.senders | m.receivers]
     names = [signal.name for message in cyclic for signal in message.signals]
@@ -45,13 +45,13 @@ def names_of_levels(dbc: Dbc, node: str) -> dict[tuple[str, str], str]:
 
 
 def names_of_silence(dbc: Dbc) -> dict[str, str]:
-    """Return the names of the events by which messages with a cycle fall silent, by message."""
+    """Return the names of the timeout events of messages with a cycle, by message."""
     names = Namer(message.name for message in dbc.messages)
     return {m.name: names.name(f"{m.name}_silent") for m in dbc.messages if m.is_levels}
 
 
 def node_named(dbc: Dbc, name: str) -> str:
-    """Return the node of a file with this name, but for its case; `FsmkitError` if none has it."""
+    """Return the node of a file with this name, ignoring case. Raises `FsmkitError` for none."""
     found = [node for node in dbc.nodes if word(node) == word(name)]
     if not found:
         raise fail(
@@ -69,10 +69,10 @@ def chart_of(dbc: Dbc, node: str, *, may_fall_silent: bool = False, jitter: int 
         dbc: The file.
         node: One of its nodes.
         may_fall_silent: Whether the node may stop sending, as after bus-off.
-        jitter: How far a cycle may be off, in percent of it, 0 to 100.
+        jitter: The maximum deviation of a cycle, in percent of it, 0 to 100.
 
     Raises:
-        FsmkitError: ``unknown-name`` for a node that is not there.
+        FsmkitError: ``unknown-name`` for an unknown node.
 
     """
     return _Chart(dbc, node_named(dbc, node), may_fall_silent, jitter).text()
@@ -206,14 +206,14 @@ class _Chart:
         }
 
     def _states(self, message: Message, *names: str) -> Iterator[str]:
-        """Yield names of states: those of a lone message are short."""
+        """Yield names of states: those of a single message are short."""
         is_alone = len(self.sent) == 1
         for name in names:
             yield self._states_taken.name(name if is_alone else f"{message.name}_{name}")
 
 
 def _interval(least: int, most: int) -> str:
-    """Return an interval of microseconds as charts write it."""
+    """Return an interval of microseconds in the notation of charts."""
     return f"{_duration(least)}..{_duration(most)}" if least != most else _duration(least)
 
 

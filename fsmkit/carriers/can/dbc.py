@@ -1,8 +1,8 @@
-"""Messages and signals of a DBC file, with types of the action language and places in the file.
+"""Messages and signals of a DBC file, with types of the action language and locations.
 
 `cantools` reads the file. A signal is an integer in units of its factor: ``(0.1,0) [-40|100]`` is
-``-400..1000``, in tenths. Its raw value differs from it by a sign and a shift only, so nothing is
-rounded on the way.
+``-400..1000``, in tenths. Its raw value differs from it by a sign and a shift only, so no value is
+rounded.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ RESERVED = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A signal as charts see it: ``raw * sign + shift``, or a member of an enumeration."""
+    """A signal in charts: ``raw * sign + shift``, or a member of an enumeration."""
 
     name: str
     """An identifier; different from that of each other signal of its message."""
@@ -67,7 +67,7 @@ class Signal:
 
     @property
     def bounds(self) -> tuple[int, int]:
-        """The least and the greatest value; of an enumeration the places of its members."""
+        """The minimum and the maximum; for an enumeration the indices of its members."""
         match self.type:
             case IntType(lo, hi):
                 return lo, hi
@@ -83,7 +83,7 @@ class Signal:
 
     @property
     def raw_bounds(self) -> tuple[int, int]:
-        """The least and the greatest raw value; of a float those of its bits."""
+        """The minimum and the maximum raw value; for a float those of its bits."""
         if isinstance(self.type, FloatType):
             return 0, 2**self.bits - 1
         ends = [self.raw_of(value) for value in self.bounds]
@@ -91,14 +91,14 @@ class Signal:
 
     @property
     def idle(self) -> int:
-        """The value that is sent where nothing is connected: its raw one is nearest to 0."""
+        """The value sent without a connection: its raw value is nearest to 0."""
         if self.members or isinstance(self.type, FloatType):
             return 0
         lo, hi = self.bounds
         return min(max(self.shift, lo), hi)
 
     def value_of(self, raw: int) -> int | None:
-        """Return the value that a raw one stands for; None if it is out of range."""
+        """Return the value of a raw one; None if it is out of range."""
         if self.members:
             return self.members.index(raw) if raw in self.members else None
         value = raw * self.sign + self.shift
@@ -112,7 +112,7 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A message, or what one value of each of its multiplexers makes of it."""
+    """A message, or its variant for one value of each of its multiplexers."""
 
     name: str
     """An identifier; different from that of each other message of its file."""
@@ -132,7 +132,7 @@ class Message:
 
     @property
     def is_levels(self) -> bool:
-        """Whether its signals are levels: it comes in a cycle."""
+        """Whether its signals are levels: it is sent in a cycle."""
         return self.cycle > 0
 
 
@@ -144,7 +144,7 @@ class Dbc:
     nodes: tuple[str, ...]
     messages: tuple[Message, ...]
     database: Database = field(compare=False)
-    """What cantools made of the source, which is compared."""
+    """The result of cantools, not compared."""
 
     @cached_property
     def by_frame(self) -> Mapping[tuple[int, bool], tuple[Message, ...]]:
@@ -157,7 +157,7 @@ class Dbc:
 
 
 def read_dbc(path: Path, content: bytes, findings: Findings) -> Dbc | None:
-    """Return what a DBC file has; None after saying what is wrong, at its places."""
+    """Return the content of a DBC file; None after reporting errors at their locations."""
     try:
         import cantools
         from cantools.database import Error
@@ -186,13 +186,13 @@ def read_dbc(path: Path, content: bytes, findings: Findings) -> Dbc | None:
 
 
 def word(name: str) -> str:
-    """Return a name as charts write it: lower case, words joined by one ``_`` each."""
+    """Return a name in the notation of charts: lower case, words joined by one ``_`` each."""
     found = re.sub(r"_+", "_", snake(name)).strip("_")
     return legal(found) if found else "unnamed"
 
 
 class _Places:
-    """Where messages and signals are declared."""
+    """The locations of declarations of messages and signals."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -233,13 +233,13 @@ _RANGE = re.compile(r"\b(\d+)\s*-\s*(\d+)\b")
 
 
 def _report_numbers(source: Source, findings: Findings) -> bool:
-    """Report numbers that no bus has, before a reader makes bits, lists or floats of them."""
+    """Report numbers that no bus has, before they become bits, lists or floats."""
     count = len(findings)
     text = _STRING.sub(lambda found: " " * len(found[0]), source.text)
 
-    def report(found: re.Match[str], group: int, message: str, way_out: str) -> None:
+    def report(found: re.Match[str], group: int, message: str, fix: str) -> None:
         span = Span(source, found.start(group), found.end(group))
-        findings.add("broken-dbc", message, span, help=way_out)
+        findings.add("broken-dbc", message, span, help=fix)
 
     for found in _NUMBER.finditer(text):
         _, _, exponent = found[0].lower().partition("e")
@@ -257,25 +257,25 @@ def _report_numbers(source: Source, findings: Findings) -> bool:
         return True
     for found in _MESSAGE.finditer(text):
         if int(found[3]) > LARGEST:
-            way_out = "a frame has 0 to 8 bytes, of CAN FD up to 64"
-            report(found, 2, f"`{found[2]}` has {found[3]} bytes", way_out)
+            fix = "a frame has 0 to 8 bytes, of CAN FD up to 64"
+            report(found, 2, f"`{found[2]}` has {found[3]} bytes", fix)
     for found in _SIGNAL.finditer(text):
         if int(found[2]) >= 8 * LARGEST:
-            way_out = f"bits are numbered from 0 to {8 * LARGEST - 1}"
-            report(found, 1, f"`{found[1]}` begins at bit {found[2]}", way_out)
+            fix = f"bits are numbered from 0 to {8 * LARGEST - 1}"
+            report(found, 1, f"`{found[1]}` starts at bit {found[2]}", fix)
         if not 1 <= int(found[3]) <= 64:
-            way_out = "a signal has 1 to 64 bits"
-            report(found, 1, f"`{found[1]}` has {found[3]} bits", way_out)
+            fix = "a signal has 1 to 64 bits"
+            report(found, 1, f"`{found[1]}` has {found[3]} bits", fix)
     for line in re.finditer(r"\bSG_MUL_VAL_\b[^;]*", text):
         for found in _RANGE.finditer(text, line.start(), line.end()):
             if not 0 <= int(found[2]) - int(found[1]) < MOST_RANGE:
-                way_out = f"the first number is less, by less than {MOST_RANGE}"
-                report(found, 0, f"`{found[0]}` is no range of multiplexer values", way_out)
+                fix = f"the first number is less, by less than {MOST_RANGE}"
+                report(found, 0, f"`{found[0]}` is not a range of multiplexer values", fix)
     return len(findings) > count
 
 
 def _report_unread(error: str, source: Source, findings: Findings) -> None:
-    """Report what `cantools` refuses, at the place that it names."""
+    """Report the error of `cantools` at the location that it names."""
     text = error.removeprefix('DBC: "').removesuffix('"')
     place = re.search(r"at line (\d+), column (\d+)", text)
     span = Span(source, 0, 0)
@@ -338,7 +338,7 @@ def _messages(
     receivers = frozenset(name for signal in found.signals for name in signal.receivers)
     cycle = found.cycle_time or 0
 
-    def made(
+    def build(
         name: str, signals: list[DbcSignal], selectors: tuple[tuple[Signal, int], ...]
     ) -> Message:
         own = Namer(RESERVED)
@@ -374,7 +374,7 @@ def _messages(
         return
     selecting = {signal.multiplexer_signal for signal in found.signals} - {None}
     if not selecting:
-        yield made(found.name, list(found.signals), ())
+        yield build(found.name, list(found.signals), ())
         return
     choices = list(islice(_choices(found.signals), MOST_CHOICES + 1))
     if len(choices) > MOST_CHOICES:
@@ -402,7 +402,7 @@ def _messages(
             names_of = multiplexer.choices or {}
             parts.append(str(names_of[number]) if number in names_of else f"m{number}")
         selectors = tuple((by_name[each.name], number) for each, number in choice)
-        yield made("_".join(parts), plain, selectors)
+        yield build("_".join(parts), plain, selectors)
 
 
 Choice = tuple[tuple["DbcSignal", int], ...]
@@ -420,7 +420,7 @@ def _is_chosen(signal: DbcSignal, choice: Choice) -> bool:
 
 
 def _choices(signals: Sequence[DbcSignal], before: Choice = ()) -> Iterator[Choice]:
-    """Yield the values of all multiplexers that a message can have together, in ascending order."""
+    """Yield the possible combinations of values of all multiplexers, in ascending order."""
     known = {multiplexer.name for multiplexer, _ in before}
     for multiplexer in signals:
         own = [s for s in signals if s.multiplexer_signal == multiplexer.name]
@@ -454,11 +454,11 @@ def _raw_bounds(signal: DbcSignal) -> tuple[int, int]:
 def _signal(
     message: DbcMessage, signal: DbcSignal, names: Namer, places: _Places, findings: Findings
 ) -> Signal | None:
-    """Return a signal with its type; None after saying what is wrong with it."""
+    """Return a signal with its type; None after reporting an error."""
     span = places.signal(message, signal.name)
 
-    def refuse(why: str, way_out: str) -> Signal | None:
-        findings.add("broken-dbc", f"`{message.name}.{signal.name}` {why}", span, help=way_out)
+    def reject(why: str, fix: str) -> Signal | None:
+        findings.add("broken-dbc", f"`{message.name}.{signal.name}` {why}", span, help=fix)
         return None
 
     name = names.name(word(signal.name))
@@ -466,22 +466,22 @@ def _signal(
     is_big = signal.byte_order == "big_endian"
     place = signal.start, signal.length, is_big, signal.is_signed, span
     if signal.length > 64:
-        return refuse(f"has {signal.length} bits", "charts have integers of up to 64")
+        return reject(f"has {signal.length} bits", "charts have integers of up to 64")
     factor, offset = Fraction(str(signal.scale)), Fraction(str(signal.offset))
     if signal.is_float:
         if factor != 1 or offset != 0 or signal.length not in (32, 64):
-            return refuse(
+            return reject(
                 "is a float of another size, or with a factor or an offset",
                 "send floats of 32 or 64 bits as they are, or integers with a factor",
             )
         return Signal(name, FloatType(signal.length), *place)
     if factor == 0:
-        return refuse("has the factor 0", "give it the factor by which raw values are multiplied")
+        return reject("has the factor 0", "give it the factor by which raw values are multiplied")
     sign, unit = (1, factor) if factor > 0 else (-1, -factor)
     if (offset / unit).denominator != 1:
-        return refuse(
-            f"has the offset {signal.offset}, which is no multiple of its factor {signal.scale}",
-            "choose an offset that is one: charts have integers in units of the factor",
+        return reject(
+            f"has the offset {signal.offset}, which is not a multiple of its factor {signal.scale}",
+            "choose a multiple of it: charts have integers in units of the factor",
         )
     shift = int(offset / unit)
     ends = sorted((lo * sign + shift, hi * sign + shift))
@@ -491,7 +491,7 @@ def _signal(
     if signal.maximum is not None:
         most = min(most, floor(Fraction(str(signal.maximum)) / unit))
     if least > most:
-        return refuse(
+        return reject(
             "has no value: its minimum and maximum leave none of those that its bits have",
             "correct `[minimum|maximum]`; they are physical values",
         )
@@ -506,13 +506,13 @@ def _signal(
         enum = EnumType("", tuple(members.name(word(choices[n])) for n in within))
         return Signal(name, enum, *place, members=tuple(within))
     if least < LEAST_INTEGER or most > GREATEST_INTEGER or (least < 0 and most >= 2**63):
-        return refuse("has values beyond 64 bits", "give it a minimum and a maximum")
+        return reject("has values beyond 64 bits", "give it a minimum and a maximum")
     is_bool = (least, most, signal.length, shift, sign) == (0, 1, 1, 0, 1)
     return Signal(name, BOOL if is_bool else IntType(least, most), *place, sign, shift)
 
 
 def encode(message: Message, values: tuple[Any, ...]) -> bytes:
-    """Return the bytes of a message with these values, those of other signals 0."""
+    """Return the bytes of a message with these values, and 0 for other signals."""
     content = bytearray(message.length)
     for signal, number in message.selectors:
         _put(content, signal, number)
@@ -527,7 +527,7 @@ def encode(message: Message, values: tuple[Any, ...]) -> bytes:
 
 
 def decode(messages: tuple[Message, ...], content: bytes) -> tuple[Message, tuple[Any, ...]] | None:
-    """Return the message among those of one identifier that came, and its values.
+    """Return the received message among those of one identifier, and its values.
 
     None: it is too short, its multiplexers choose none of them, or a value is out of range.
     """
@@ -552,7 +552,7 @@ def decode(messages: tuple[Message, ...], content: bytes) -> tuple[Message, tupl
 
 
 def _positions(signal: Signal) -> Iterator[int]:
-    """Yield the places of the bits from the lowest on: eight times the byte, plus the bit."""
+    """Yield the bit positions from the lowest on: eight times the byte, plus the bit."""
     if not signal.is_big_endian:
         yield from range(signal.start, signal.start + signal.bits)
         return

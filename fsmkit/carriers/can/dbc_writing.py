@@ -1,4 +1,4 @@
-"""Writes DBC files, for tools that watch a bus."""
+"""Write DBC files, for tools that observe a bus."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORMATS = ["StandardCAN", "ExtendedCAN", *["reserved"] * 12, "StandardCAN_FD", "
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A message as a file describes it; ``comment``: for people."""
+    """A message in a file; ``comment``: for people."""
 
     message: Message
     comment: str
@@ -32,7 +32,7 @@ class Entry:
 
 @printing
 def dbc_text(nodes: Sequence[str], entries: Iterable[Entry]) -> str:
-    """Return the text of a file; senders and receivers of messages are names of ``nodes``."""
+    """Return the content of a file; senders and receivers of messages are names of ``nodes``."""
     namer = Namer(WORDS)
     names = {node: namer.name(node) for node in nodes}
     every = tuple(entries)
@@ -74,7 +74,7 @@ def _range(signal: Signal, lo: int, hi: int) -> str:
 
 
 def _types(message: Message) -> Iterator[str]:
-    """Yield what is said of signals beside their bits: names of values, and floats."""
+    """Yield the attributes of signals beside their bits: names of values, and floats."""
     for signal in message.signals:
         if isinstance(signal.type, EnumType):
             named = zip(signal.members, signal.type.members, strict=True)
@@ -86,6 +86,6 @@ def _types(message: Message) -> Iterator[str]:
 
 
 def _text(text: str) -> str:
-    """Return a text that ends neither the string nor its line; files have one byte a character."""
+    """Return a text that ends neither the string nor its line; characters are single bytes."""
     kept = (c if " " <= c <= "~" and c not in '"\\' else "?" for c in text)
     return "".join(kept)

@@ -1,4 +1,4 @@
-"""The part of a deployment that is on CAN: the bus that nodes share, and foreign nodes on buses."""
+"""The CAN part of a deployment: the bus that nodes share, and foreign nodes on buses."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fsmkit.carriers.can.foreign import (
     bitrate_of,
     can_node,
     late_of_node,
-    report_unfit,
+    report_missing_messages,
 )
 from fsmkit.carriers.can.response_times import TimedFrame, frames_of
 from fsmkit.diagnostics import Findings
@@ -45,13 +45,13 @@ def latencies(
     foreign: Mapping[int, ForeignNetwork],
     findings: Findings,
 ) -> Iterator[Latency]:
-    """Yield how late events come: those of each foreign node, then those of the shared bus."""
+    """Yield maximum latencies of events: for each foreign node, then for the shared bus."""
     buses = _buses(foreign)
     for place, bus in buses.items():
         kind = request.foreign[place]
         if kind is not None:
             machines, at = request.machines_of(place), kind.options["dbc"]
-            report_unfit(request.system, machines, bus, at, findings)
+            report_missing_messages(request.system, machines, bus, at, findings)
             yield Latency(late_of_node(request.system, machines, bus), at.span)
     if isinstance(network, CanNet):
         at = request.options["bus"]
@@ -68,12 +68,12 @@ def bus_of(deployment: Deployment) -> CanNet | None:
 
 
 def buses_of(deployment: Deployment) -> dict[int, CanNode]:
-    """Return the foreign nodes on a bus whose file is named, by their places."""
+    """Return the foreign nodes with a named bus file, by index."""
     return _buses(deployment.foreign_networks)
 
 
 def times_of_buses(deployment: Deployment) -> tuple[CanTimes, ...]:
-    """Return the response times of all buses: first of the one that nodes of fsmkit share."""
+    """Return the response times of all buses, the one that nodes of fsmkit share first."""
     network, buses = bus_of(deployment), buses_of(deployment)
     frames = [] if network is None else _frames_on(network, deployment.foreign, buses)
     own = () if network is None else (network.times(frames),)
@@ -94,7 +94,7 @@ def _is_on(kind: ForeignNode | None, network: CanNet) -> bool:
 def _frames_on(
     network: CanNet, foreign: tuple[ForeignNode | None, ...], buses: Mapping[int, CanNode]
 ) -> list[TimedFrame]:
-    """Return what foreign nodes send on the bus that nodes of fsmkit share."""
+    """Return the frames of foreign nodes on the bus that nodes of fsmkit share."""
     found: list[TimedFrame] = []
     for place, bus in buses.items():
         if _is_on(foreign[place], network):
@@ -105,7 +105,7 @@ def _frames_on(
 def _report_clashes(
     request: DeploymentRequest, network: CanNet, buses: Mapping[int, CanNode], findings: Findings
 ) -> None:
-    """Report foreign nodes that give the shared bus another bitrate, or use its identifiers."""
+    """Report foreign nodes with another bitrate, or with identifiers of the shared bus."""
     at = request.options["bus"]
     own = {wire.message.frame: wire.message.name for wire in network.wires}
     for place, bus in buses.items():

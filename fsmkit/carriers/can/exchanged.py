@@ -1,4 +1,4 @@
-"""What a node exchanges with a foreign one on a bus: messages of its file, values of a link."""
+"""The messages that a node exchanges with a foreign one: those of its file, as values of a link."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fsmkit.system.machine import port_fields
 
 @dataclass(frozen=True, slots=True)
 class CanWires:
-    """The messages between a node and a foreign one. ``silences``: (place in `received`, event)."""
+    """The messages between a node and a foreign one. ``silences``: (index in `received`, event)."""
 
     peer: int
     received: tuple[CanWire, ...]
@@ -30,7 +30,7 @@ class CanWires:
 
 
 def can_wires(deployment: Deployment, node: int) -> Iterator[CanWires]:
-    """Yield what a node exchanges with each foreign one that has a DBC file."""
+    """Yield the messages between a node and each foreign one that has a DBC file."""
     for peer, bus in buses_of(deployment).items():
         found = _Wires(deployment, bus.dbc, node, peer).wires()
         if found.received or found.sent or found.silences:
@@ -83,7 +83,7 @@ class _Wires:
         return next(node for node in self.dbc.nodes if word(node) == word(name))
 
     def _levels(self, sender: int) -> Iterator[CanWire]:
-        """Yield the cyclic messages with levels that a node sends to the other."""
+        """Yield the cyclic messages with levels from one node to the other."""
         places: dict[str, tuple[Message, dict[str, list[int]]]] = {}
         ends = {self.node, self.peer}
         for place, level in enumerate(self.map.levels_of(sender)):
@@ -99,7 +99,7 @@ class _Wires:
                 yield CanWire(message, LEVELS, _parts(message, own))
 
     def _events(self, sender: int) -> Iterator[CanWire]:
-        """Yield the messages that are events of one of both nodes for the other."""
+        """Yield the event messages from one node to the other."""
         for part in self.map.messages:
             if {part.sender, part.receiver} != {self.node, self.peer} or part.sender != sender:
                 continue
@@ -128,7 +128,7 @@ class _Wires:
                     yield message, part.number
 
     def _with_others(self, wires: list[CanWire]) -> list[CanWire]:
-        """Return messages with those that other values of their multiplexers make."""
+        """Return messages with their variants for other values of their multiplexers."""
         known = {wire.message.name for wire in wires}
         frames = {(wire.message.frame, wire.message.is_extended) for wire in wires}
         for key in sorted(frames):

@@ -1,7 +1,7 @@
-"""Foreign nodes on a CAN bus: the messages that connections stand for, and how late they come.
+"""Foreign nodes on a CAN bus: the messages of connections, and their latencies.
 
-A machine of such a node stands for the node of the file that has the name of its chart. What it
-sends, takes and shows has the names and types that ``fsmkit convert`` gives to the chart.
+A machine of such a node represents the node of the file that has the name of its chart. Its events,
+inputs and outputs have the names and types that ``fsmkit convert`` writes into the chart.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from fsmkit.system.system import System
 
 @dataclass(frozen=True, slots=True)
 class CanTimes:
-    """What the messages of a bus take. ``responses``: of each message, in microseconds."""
+    """The response times of a bus. ``responses``: for each message, in microseconds."""
 
     node: str
     load: float
@@ -55,9 +55,9 @@ def can_node(
     others: Iterable[TimedFrame],
     findings: Findings,
 ) -> CanNode | None:
-    """Return a foreign node on a bus; None where it names no file, or after reporting why not.
+    """Return a foreign node on a bus; None without a file, or after an error.
 
-    ``others``: what nodes of fsmkit send on the same bus.
+    ``others``: the frames of nodes of fsmkit on the same bus.
     """
     if "bus" in options:
         report_bus(options["bus"], findings)
@@ -77,7 +77,7 @@ def can_node(
 
 
 def report_bus(text: Text, findings: Findings) -> None:
-    """Report a name that no interface of a CAN bus has, and no group of multicast."""
+    """Report a name that is neither an interface of a CAN bus nor a multicast group."""
     name = text.value
     group = _GROUP.fullmatch(name)
     if name.lower().startswith("udp") and ":" in name:
@@ -85,9 +85,9 @@ def report_bus(text: Text, findings: Findings) -> None:
         port = 0 if group is None else int(group[2])
         if octets and 224 <= octets[0] <= 239 and max(octets) < 256 and 1 <= port < 65536:
             return
-        why, fix = "is no group of multicast", "write such as `udp:239.74.163.2:43113`"
+        why, fix = "is not a multicast group", "write for instance `udp:239.74.163.2:43113`"
     elif not name or any(each.isspace() or not each.isprintable() for each in name):
-        why, fix = "is no interface of a bus", "name an interface, such as `can0`"
+        why, fix = "is not an interface of a bus", "name an interface, such as `can0`"
     elif "://" in name:
         why, fix = "is an endpoint, not a bus", "name an interface, such as `can0`"
     else:
@@ -99,7 +99,7 @@ _GROUP = re.compile(r"udp:((?:\d{1,3}\.){3}\d{1,3}):(\d{1,5})", re.ASCII)
 
 
 def bitrate_of(text: Text | None, findings: Findings) -> int:
-    """Return the bits of a bus in a second."""
+    """Return the bits of a bus per second."""
     if text is None:
         return BITRATE
     number = integer(text, findings)
@@ -110,7 +110,7 @@ def bitrate_of(text: Text | None, findings: Findings) -> int:
 
 
 def error_bits_of(text: Text | None, bitrate: int, findings: Findings) -> int:
-    """Return the bits from one error of a bus to the next, at least."""
+    """Return the minimum number of bits between two errors of a bus."""
     errors = ERROR_EVERY
     if text is not None:
         errors = read_duration(text, Scope(tick=1), findings) or ERROR_EVERY
@@ -124,7 +124,7 @@ def times_of(
     bitrate: int,
     error_bits: int,
 ) -> CanTimes:
-    """Return what the messages of a bus take; ``others`` are on it, too."""
+    """Return the response times of messages on a bus that also carries ``others``."""
     every = {(frame.frame, frame.is_extended): frame for frame in others}
     every |= {(frame.frame, frame.is_extended): frame for _, frame in messages}
     frames = tuple(every.values())
@@ -163,10 +163,10 @@ def _report_late(node: CanNode, at: Text, findings: Findings) -> None:
             )
 
 
-def report_unfit(
+def report_missing_messages(
     system: System, machines: tuple[int, ...], node: CanNode, at: Text, findings: Findings
 ) -> None:
-    """Report each connection with machines of a node that no message of its file fits."""
+    """Report each connection with machines of a node for which the file has no message."""
     for number in machines:
         machine = system.machines[number]
         name = next((n for n in node.dbc.nodes if word(n) == word(machine.chart.name)), None)
@@ -179,7 +179,7 @@ def report_unfit(
             )
             continue
         for what, wanted, types in _ports(system, machines, number):
-            error = _misfit(node.dbc, name, what, wanted, types)
+            error = _mismatch(node.dbc, name, what, wanted, types)
             if error:
                 findings.add(
                     "unfit-message",
@@ -193,7 +193,7 @@ def report_unfit(
 def _ports(
     system: System, machines: tuple[int, ...], number: int
 ) -> Iterator[tuple[str, str, dict[str, Type]]]:
-    """Yield what of a machine is connected to other nodes: kind, name, and its types."""
+    """Yield the connected ports of a machine: kind, name, and types."""
     machine = system.machines[number]
     chart = machine.chart
     for link in system.event_links:
@@ -213,13 +213,13 @@ def _ports(
             yield "level", variable.name, {variable.name: variable.type}
 
 
-def _misfit(dbc: Dbc, node: str, what: str, name: str, types: dict[str, Type]) -> str | None:
-    """Return why nothing in the file is what is connected; None where something is."""
+def _mismatch(dbc: Dbc, node: str, what: str, name: str, types: dict[str, Type]) -> str | None:
+    """Return why the file has no match for a connection; None if it has one."""
     if what == "level":
         signal = level_signals(dbc, node).get(name)
         signals = {} if signal is None else {name: signal[1]}
     elif name in names_of_silence(dbc).values() and what == "sent":
-        return None if not types else "silence has no fields"
+        return None if not types else "timeout events have no fields"
     else:
         message = event_message(dbc, node, name)
         signals = {} if message is None else {part.name: part for part in message.signals}
@@ -236,7 +236,7 @@ def _misfit(dbc: Dbc, node: str, what: str, name: str, types: dict[str, Type]) -
 
 
 def level_signals(dbc: Dbc, node: str) -> dict[str, tuple[Message, Signal]]:
-    """Return the signals that are levels of a node, by the names of these."""
+    """Return the signals of a node's levels, by level."""
     names = names_of_levels(dbc, node)
     return {
         names[message.name, signal.name]: (message, signal)
@@ -247,7 +247,7 @@ def level_signals(dbc: Dbc, node: str) -> dict[str, tuple[Message, Signal]]:
 
 
 def event_message(dbc: Dbc, node: str, name: str) -> Message | None:
-    """Return the message that is an event of a node, by its name."""
+    """Return the message of a node's event, by name."""
     for message in dbc.messages:
         if message.name == name and node in message.senders | message.receivers:
             return None if message.is_levels else message
@@ -255,7 +255,7 @@ def event_message(dbc: Dbc, node: str, name: str) -> Message | None:
 
 
 def is_same(signal: Signal, type_: Type) -> bool:
-    """Whether the values of a type are those of a signal."""
+    """Whether a type and a signal have the same values."""
     match signal.type, type_:
         case BoolType(), BoolType():
             return True
@@ -271,7 +271,7 @@ def is_same(signal: Signal, type_: Type) -> bool:
 
 
 def late_of_node(system: System, machines: tuple[int, ...], node: CanNode) -> dict[Connection, int]:
-    """Return how late events of connections with a node may come, in microseconds."""
+    """Return the maximum latency of events of connections with a node, in microseconds."""
     responses = {message.name: late for message, late in node.times.responses}
     found = {}
     for link in system.event_links:
@@ -283,7 +283,7 @@ def late_of_node(system: System, machines: tuple[int, ...], node: CanNode) -> di
 
 
 def _message_name(system: System, machines: tuple[int, ...], link: EventLink) -> str | None:
-    """Return the name of the message that a connection with the node stands for."""
+    """Return the name of the message of a connection with the node."""
     if link.source in machines and link.target not in machines:
         return port_name(system.machines[link.source].chart, link.port)
     if link.target in machines and link.source not in machines:

@@ -6,14 +6,14 @@ from fsmkit.document.keys import named
 
 LINK_KEYS = named(
     bus="the interface of the bus, such as can0",
-    base="the identifier of the first message; 0x100 unless it says so",
-    bitrate="bits of the bus in a second; 500000 unless it says so",
-    error_every="the shortest time between two errors; 10ms unless it says so",
-    period="the cycle of the nodes; 10ms unless it says so",
+    base="the identifier of the first message (default: 0x100)",
+    bitrate="bits of the bus per second (default: 500000)",
+    error_every="the shortest time between two errors (default: 10ms)",
+    period="the cycle of the nodes (default: 10ms)",
 )
 FOREIGN_KEYS = named(
     bus="the interface of the bus, such as can0",
     dbc="the file with its messages",
-    bitrate="bits of the bus in a second; 500000 unless it says so",
-    error_every="the shortest time between two errors of the bus; 10ms unless it says so",
+    bitrate="bits of the bus per second (default: 500000)",
+    error_every="the shortest time between two errors of the bus (default: 10ms)",
 )

@@ -1,4 +1,4 @@
-"""A CAN bus that nodes of fsmkit share; step by step as ``fsm_link_net.c`` does it."""
+"""A link over a CAN bus that nodes of fsmkit share; the counterpart of ``fsm_link_net.c``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PAUSE = 0.001
 
 @dataclass(slots=True)
 class NetCounters:
-    """What is counted of the bus."""
+    """Counters of the bus."""
 
     received: int = 0
     """Frames of other nodes."""
@@ -49,7 +49,7 @@ class _Peer:
 
 @dataclass(slots=True)
 class _Row:
-    """A message of another node. ``next``: its counter to come, None: not known."""
+    """A message of another node. ``next``: its next counter, None: unknown."""
 
     wire: CanWire
     sender: int
@@ -59,7 +59,7 @@ class _Row:
 
 
 class CanLink(Link):
-    """A link of a node on a bus. Frames are read when a cycle begins, and sent when it ends."""
+    """A link of a node on a bus. Frames are read at the start of a cycle, and sent at its end."""
 
     def __init__(
         self,
@@ -111,7 +111,7 @@ class CanLink(Link):
         self._hello()
 
     def _hello(self) -> None:
-        """Say hello if it is time."""
+        """Send hello if it is time."""
         now = self._clock()
         if now < self._due:
             return
@@ -137,7 +137,7 @@ class CanLink(Link):
     # --- from the bus ------------------------------------------------------------------------
 
     def begin_cycle(self) -> None:
-        """Take what has come on the bus, and see what has come in."""
+        """Receive the frames on the bus, then start the cycle of the link."""
         self._poll()
         super().begin_cycle()
 
@@ -146,7 +146,7 @@ class CanLink(Link):
             pass
 
     def _take_next(self, timeout: float) -> bool:
-        """Take a frame of the bus; False if none comes within so many seconds."""
+        """Receive a frame of the bus; False if there is none within so many seconds."""
         content = self._bus.recv(timeout)
         if content is None:
             return False
@@ -154,23 +154,23 @@ class CanLink(Link):
             self.bus_errors += 1
             self.bus_off += bool(content.arbitration_id & BUS_OFF)
         elif not content.is_remote_frame and not content.is_extended_id:
-            self._hear(content.arbitration_id, bytes(content.data))
+            self._receive(content.arbitration_id, bytes(content.data))
         return True
 
-    def _hear(self, number: int, data: bytes) -> None:
+    def _receive(self, number: int, data: bytes) -> None:
         if (sender := self._hellos.get(number)) is not None:
             self.bus_counters.received += 1
             if len(data) >= 8:
-                self._hear_hello(sender, data)
+                self._receive_hello(sender, data)
         elif (row := self._rows.get(number)) is not None:
             self.bus_counters.received += 1
             peer = self._peers[row.sender]
             if peer.is_foreign:
                 self.receiver.reject_foreign()
             elif peer.is_known:
-                self._hear_message(row, peer, data)
+                self._receive_message(row, peer, data)
 
-    def _hear_hello(self, sender: int, data: bytes) -> None:
+    def _receive_hello(self, sender: int, data: bytes) -> None:
         peer = self._peers[sender]
         hash_, session, events = (
             int.from_bytes(data[at:end], "little") for at, end in ((0, 4), (4, 6), (6, 8))
@@ -182,14 +182,14 @@ class CanLink(Link):
             return
         if not peer.is_known or peer.session % SHORT != session:
             peer.is_known = True
-            self._begin(sender, session, events)
+            self._start_session(sender, session, events)
         newer = (events - peer.events) % SHORT
-        if newer < SHORT // 2:  # else it was queued before an event that has come
+        if newer < SHORT // 2:  # otherwise it was queued before an event that has arrived
             peer.events = (peer.events + newer) % WORD
             peer.ahead += newer
 
-    def _begin(self, sender: int, session: int, events: int) -> None:
-        """Begin a session of a peer; 0 is none, and it goes on, never back."""
+    def _start_session(self, sender: int, session: int, events: int) -> None:
+        """Start a session of a peer; sessions increase, and 0 is not a session."""
         peer = self._peers[sender]
         if peer.session == 0:
             peer.session = session or SHORT
@@ -201,7 +201,7 @@ class CanLink(Link):
                 is_first = events == 0 and row.wire.number != LEVELS
                 row.next, row.last = 0 if is_first else None, None
 
-    def _hear_message(self, row: _Row, peer: _Peer, data: bytes) -> None:
+    def _receive_message(self, row: _Row, peer: _Peer, data: bytes) -> None:
         if len(data) < row.wire.message.length:
             self.receiver.arrive(row.sender, b"")  # counts as malformed
             return
@@ -227,7 +227,7 @@ class CanLink(Link):
                 row.sender, peer.session, sequence or 0, peer.events, number or LEVELS, values
             )
             self.receiver.arrive(row.sender, self.codec.encode(frame))
-        if is_next:  # else it counts as doubled
+        if is_next:  # otherwise it counts as repeated
             row.last = peer.sequence
             peer.sequence = (peer.sequence + 1) % WORD
             peer.events = (peer.events + is_event) % WORD
@@ -243,7 +243,7 @@ class CanLink(Link):
     # --- a link ------------------------------------------------------------------------------
 
     def wait_listeners(self, timeout: float) -> None:
-        """Block until all other nodes have said hello; `LinkTimeout` after so many seconds."""
+        """Block until all other nodes have sent hello. Raises `LinkTimeout` after ``timeout``."""
         end = self._clock() + timeout
         while missing := [place for place, peer in self._peers.items() if not peer.is_known]:
             if self._clock() >= end:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Can:
-    """Reads what a deployment says of CAN, opens buses by python-can, and writes tables in C."""
+    """Reads the CAN part of a deployment, opens buses by python-can, and writes tables in C."""
 
     name = "can"
     link_keys: Keys = LINK_KEYS
@@ -77,9 +77,9 @@ class Can:
         faults: Faults | None = None,
         options: Mapping[str, Any],
     ) -> Link:
-        """Return a link of a node, on a bus that nodes share; ``options``: those of `link_options`.
+        """Return a link of a node on a shared bus; ``options``: those of `link_options`.
 
-        ``bus``, ``interface``, ``clock``: as of `translator`; ``slots``: events that wait in each
+        ``bus``, ``interface``, ``clock``: as for `translator`; ``slots``: events that wait in each
         direction.
         """
         from fsmkit.carriers.can.bus import CanNet
@@ -92,7 +92,7 @@ class Can:
                 "links of another kind",
                 help="write `links: {kind: can, bus: can0}` in the deployment, or open its kind",
             )
-        bus = _opened(options.get("bus", net.bus), options, net.wires, is_fd=net.is_fd)
+        bus = _open_bus(options.get("bus", net.bus), options, net.wires, is_fd=net.is_fd)
         from fsmkit.carriers.can.link import CanLink
 
         return CanLink(
@@ -107,13 +107,13 @@ class Can:
         )
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
-        """Return what joins a link with a bus; ``options``: those of `foreign_options`.
+        """Return the translator between a link and a bus; ``options``: those of `foreign_options`.
 
         ``interface`` names one of python-can, by default `socketcan`. ``clock`` returns seconds of
         a simulated time; its owner then also calls `CyclicMessages.send_due` of the translator.
         """
         wires = options["wires"]
-        bus = _opened(options["bus"], options, wires.received, is_fd=False)
+        bus = _open_bus(options["bus"], options, wires.received, is_fd=False)
         from fsmkit.carriers.can.translator import CanTranslator
         from fsmkit.system.deployment.watchdog import WATCHDOG
 
@@ -182,7 +182,7 @@ class Can:
     def chart_of_node(
         self, path: Path, node: str | None, findings: Findings, *, may_fall_silent: bool
     ) -> str:
-        """Return the chart of a node of a DBC file, in YAML; `FsmkitError` without a node."""
+        """Return the chart of a node of a DBC file, in YAML. Raises `FsmkitError` for none."""
         from fsmkit.carriers.can.chart_of_dbc import chart_of
         from fsmkit.carriers.can.dbc import read_dbc
         from fsmkit.chart.loading import read_bytes
@@ -192,13 +192,13 @@ class Can:
         if dbc is None or node is None:
             raise fail(
                 "wrong-option",
-                f"`{path}` describes a bus, and a chart stands for one node of it",
+                f"`{path}` describes a bus, but a chart represents one node of it",
                 help=f"write `--node` with one of {', '.join(dbc.nodes) if dbc else 'its nodes'}",
             )
         return chart_of(dbc, node, may_fall_silent=may_fall_silent)
 
 
-def _opened(
+def _open_bus(
     name: str, options: Mapping[str, Any], received: Iterable[CanWire], *, is_fd: bool
 ) -> BusABC:
     try:

@@ -27,7 +27,7 @@ class TimedFrame:
     frame: int
     is_extended: bool
     bits: int
-    """Of the longest such frame, with all stuff bits and the pause behind it."""
+    """The bits of the longest such frame, with all stuff bits and the pause after it."""
     period: int
     jitter: int = 0
 
@@ -42,8 +42,8 @@ class TimedFrame:
 def frame_bits(length: int, *, is_extended: bool) -> int:
     """Return the bits of the longest frame with so many bytes, with the pause of three bits.
 
-    34 bits of a frame beside its data are stuffed, 54 of an extended one: after five equal bits
-    follows another, which begins the next five (Davis et al., equations 1 and 2).
+    34 bits of a frame beside its data are stuffed, 54 of an extended one: five equal bits are
+    followed by another, which starts the next five (Davis et al., equations 1 and 2).
     """
     stuffed = (54 if is_extended else 34) + 8 * length
     return stuffed + 13 + (stuffed - 1) // 4
@@ -64,7 +64,7 @@ def fd_frame_bits(length: int) -> int:
 
 
 def load_of(frames: Iterable[TimedFrame]) -> float:
-    """Return the part of the time in which the bus is busy, without errors; over 1: overloaded."""
+    """Return the share of time in which the bus is busy, without errors; over 1: overloaded."""
     return sum(frame.bits / frame.period for frame in frames)
 
 
@@ -74,11 +74,11 @@ def response_times(
     """Return the longest time from the queuing of a frame to its end, in bits.
 
     Args:
-        frames: All that is sent on the bus.
-        error_every: The bits from one error to the next, at least; None: there are no errors.
+        frames: All frames on the bus.
+        error_every: The minimum number of bits between two errors; None: no errors.
 
     Returns:
-        By identifier and whether it is extended; None where there is no bound, since the bus is
+        By identifier and whether it is extended; None without a bound, because the bus is
         overloaded at this priority.
 
     """
@@ -125,9 +125,9 @@ def _ceil(number: int, divisor: int) -> int:
 
 
 def frames_of(dbc: Dbc, bitrate: int) -> tuple[TimedFrame, ...]:
-    """Return what is sent on the bus of a file.
+    """Return the frames on the bus of a file.
 
-    A message without a cycle comes every `LEAST_PAUSE` milliseconds at most, as its chart says.
+    A message without a cycle is sent at most every `LEAST_PAUSE` milliseconds, as in its chart.
     """
     found = {}
     for message in dbc.messages:

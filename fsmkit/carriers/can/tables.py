@@ -1,4 +1,4 @@
-"""The tables of ``fsm_can.h``: what a node exchanges with foreign ones that have a DBC file."""
+"""The tables of ``fsm_can.h``: the messages between a node and foreign ones with a DBC file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ NOWHERE = "FSM_CAN_NOWHERE"
 
 @printing
 def compose_can(node: Node) -> dict[str, str]:
-    """Return header and source of the tables; nothing where no foreign node has a DBC file."""
+    """Return header and source of the tables; empty without a foreign node with a DBC file."""
     all_of_them = tuple(can_wires(node.deployment, node.place))
     net = bus_of(node.deployment)
     if not all_of_them and net is None:

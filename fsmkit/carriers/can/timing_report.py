@@ -1,4 +1,4 @@
-"""How late messages on the buses of a deployment come, as `fsmkit compile` reports it."""
+"""The latencies of messages on the buses of a deployment, for `fsmkit compile`."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def timing_figures(deployment: Deployment) -> Mapping[str, object]:
 
 
 def _silent_after(deployment: Deployment, times: CanTimes) -> int | None:
-    """Return the microseconds from the last cycle of a node that hangs to its last message.
+    """Return the microseconds from the last cycle of a hanging node to its last message.
 
-    It is the bound of the deployment and the longest response time of a message with a cycle; None
-    where no node of fsmkit sends such a message, or its response time has no bound.
+    It is the bound of the deployment plus the longest response time of a message with a cycle; None
+    if no node of fsmkit sends such a message, or if its response time has no bound.
     """
     foreign = {
         word(machine.chart.name)

@@ -1,4 +1,4 @@
-"""A foreign node on a CAN bus, by python-can; step by step as ``fsm_link_can.c`` does it."""
+"""A foreign node on a CAN bus, by python-can; the counterpart of ``fsm_link_can.c``."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from fsmkit.runtime.links.watch import Watch
 from fsmkit.system.deployment.event_map import LEVELS
 
 EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
-"""Of an identifier in `struct can_frame`."""
+"""Flags of an identifier in `struct can_frame`."""
 BUS_OFF = 0x40
 CLASSICAL, FD = struct.Struct("<IB3x8s"), struct.Struct("<IB3x64s")
 
 
 class MulticastBus(can.BusABC):  # type: ignore[misc]
-    """A bus of UDP multicast within this computer, of the bytes that ``fsm_can_bus.c`` has.
+    """A bus of UDP multicast within this computer, with the bytes of ``fsm_can_bus.c``.
 
     python-can knows it as the interface ``fsmkit_udp``; ``channel`` is ``group:port``.
     """
@@ -114,7 +114,7 @@ def open_bus(
 
 @dataclass(slots=True)
 class CanCounters:
-    """What is counted of a bus."""
+    """Counters of a bus."""
 
     received: int = 0
     """Frames with an identifier of the file."""
@@ -129,7 +129,7 @@ class CanCounters:
 
 
 class CanTranslator:
-    """Joins a link with a foreign node. Frames are read when a cycle of the link begins."""
+    """Connects a link with a foreign node. Frames are read when a cycle of the link starts."""
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class CanTranslator:
     # --- to the bus --------------------------------------------------------------------------
 
     def take(self, frame: Frame) -> None:
-        """Send an event of a frame; hand levels to their cyclic messages."""
+        """Send an event of a frame; pass levels to their cyclic messages."""
         for place, wire in enumerate(self._wires.sent):
             if wire.number != frame.message:
                 continue
@@ -186,7 +186,7 @@ class CanTranslator:
     # --- from the bus ------------------------------------------------------------------------
 
     def poll(self) -> None:
-        """Hand over what has come, and the silence of what has not."""
+        """Deliver received messages, and timeouts of missing ones."""
         while (content := self._bus.recv(0)) is not None:
             if content.is_error_frame:
                 is_off = bool(content.arbitration_id & BUS_OFF)
@@ -217,7 +217,7 @@ class CanTranslator:
             return
         message, values = found
         if message.is_levels:
-            self._hear(message.name)
+            self._receive_message(message.name)
         by_name = dict(zip((signal.name for signal in message.signals), values, strict=True))
         for wire in wires:
             if wire.message.name != message.name or wire.number is None:
@@ -230,7 +230,7 @@ class CanTranslator:
             else:
                 self._arrive(wire.number, tuple(placed[at] for at in sorted(placed)))
 
-    def _hear(self, name: str) -> None:
+    def _receive_message(self, name: str) -> None:
         if self._silent == self._limits.keys():  # another run of the foreign node
             self._session += 1
             self._sequence = self._events = 0
@@ -250,10 +250,11 @@ class CanTranslator:
 
 
 class CyclicMessages:
-    """Sends messages in their cycles, as long as the loop of the node completes its own.
+    """Sends messages in their cycles, while the loop of the node completes its own.
 
-    python-can, or the kernel by its broadcast manager, would go on with the last content of a loop
-    that hangs. A thread sends them here (`start`), or whoever simulates time calls `send_due`.
+    python-can, or the broadcast manager of the kernel, would continue with the last content of a
+    hanging loop. A thread sends them here (`start`), or the owner of simulated time calls
+    `send_due`.
 
     Args:
         link: The link of the loop.
@@ -329,7 +330,7 @@ class CyclicMessages:
 
 @dataclass(slots=True)
 class _Cyclic:
-    """A message that is sent in each ``period``; ``due``: when it is sent next. In seconds."""
+    """A message that is sent every ``period``; ``due``: when it is sent next. In seconds."""
 
     content: can.Message
     period: float
@@ -337,7 +338,7 @@ class _Cyclic:
 
 
 def content_of(wire: CanWire, values: tuple[Value, ...]) -> can.Message | None:
-    """Return the frame with values of a payload; None where one is out of its range."""
+    """Return the frame with values of a payload; None if one is out of its range."""
     found: dict[str, Any] = {}
     for signal, place in wire.parts:
         value = signal.idle if place is None else values[place]

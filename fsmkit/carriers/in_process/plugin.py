@@ -1,4 +1,4 @@
-"""Links between nodes of one thread: what a node sends is with the others when its cycle ends."""
+"""Links between nodes of one thread: frames arrive when the cycle of their sender ends."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from fsmkit.system.deployment.event_map import EventMap
 
 
 class Wire:
-    """What joins the links of one program."""
+    """The connection of the links of one program."""
 
     def __init__(self) -> None:
         self.links: dict[int, InProcessLink] = {}
 
 
 class InProcessLink(Link):
-    """A link of a node, joined with the others of its wire; a second of a node takes its place."""
+    """A link of a node, connected with the others of its wire; a second one replaces the first."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class InProcessLink(Link):
         wire.links[self.node] = self
 
     def wait_listeners(self, timeout: float) -> None:
-        """Raise `LinkTimeout` where a node is missing: nothing changes while this waits."""
+        """Raise `LinkTimeout` if a node is missing: waiting would change nothing."""
         for node in self.map.own_nodes:
             if node not in self._wire.links:
                 own, name = self.map.nodes[self.node], self.map.nodes[node]
@@ -60,7 +60,7 @@ class InProcessLink(Link):
 
 
 class InProcess:
-    """Opens links within one program; the option ``wire`` joins them."""
+    """Opens links within one program; the option ``wire`` connects them."""
 
     name = "in_process"
     options: tuple[str, ...] = ("wire",)

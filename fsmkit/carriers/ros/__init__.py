@@ -1,5 +1,5 @@
 """ROS 2: topics and services of foreign nodes, and topics that carry frames between nodes.
 
-`messages` gives each type of the action language a type of ROS that holds it. `link` and
-`translator` use Cyclone DDS, `rclpy_translator` rclpy; the C in ``c`` uses Cyclone DDS or rclc.
+`messages` assigns each type of the action language a type of ROS. `link` and `translator` use
+Cyclone DDS, `rclpy_translator` rclpy; the C in ``c`` uses Cyclone DDS or rclc.
 """

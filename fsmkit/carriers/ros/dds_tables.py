@@ -1,8 +1,7 @@
 """The tables of a node for Cyclone DDS: its topics with foreign nodes, and those of its frames.
 
-They are those of ``fsm_link_dds.h`` and ``fsm_link_ros.h``.
-
-Structs and descriptors of messages are those that ``idlc`` makes of `compose_ros`.
+They are those of ``fsm_link_dds.h`` and ``fsm_link_ros.h``. Structs and descriptors of messages are
+those that ``idlc`` generates from `compose_ros`.
 """
 
 from __future__ import annotations
@@ -30,16 +29,16 @@ QOS = {
 PRIMITIVES = {"bool": "bool", "float32": "float", "float64": "double"} | {
     name: f"{name}_t" for name in INTEGERS
 }
-"""What ``idlc`` has for a primitive type."""
+"""The primitive types of ``idlc``."""
 
 
 @printing
 def compose_dds(node: Node) -> dict[str, str]:
-    """Return header and source of the tables; nothing where nothing of the node is one of ROS."""
+    """Return header and source of the tables; empty if the node does not use ROS."""
     nodes = {
         peer: own
         for peer, ros in ros_nodes(node.deployment).items()
-        if (own := wires_here(node, ros))
+        if (own := wires_with(node, ros))
     }
     net = frames_of(node.deployment)
     if not nodes and net is None:
@@ -74,13 +73,13 @@ def compose_dds(node: Node) -> dict[str, str]:
     return {f"{file}.h": head.finish(), f"{file}.c": out.finish()}
 
 
-def wires_here(node: Node, ros: RosNode) -> tuple[RosWire, ...]:
+def wires_with(node: Node, ros: RosNode) -> tuple[RosWire, ...]:
     """Return the connections of a node with a foreign one."""
     return tuple(wire for wire in ros.wires if node.place in (wire.sender, wire.receiver))
 
 
 def _names(head: Emitter, node: Node, peer: int, name: str) -> None:
-    """Declare the table of a foreign node, and the places of the machines that are shown."""
+    """Declare the table of a foreign node, and the indices of the shown machines."""
     head.line(f"extern const fsm_link_dds_node {name}; /* {comment(node.map.nodes[peer])} */")
     namer = Namer()
     with head.block("enum { /* for fsm_link_dds_show */", "};"):
@@ -90,7 +89,7 @@ def _names(head: Emitter, node: Node, peer: int, name: str) -> None:
 
 
 class Tables:
-    """What is printed for one foreign node, as Cyclone DDS has it."""
+    """The tables of one foreign node for Cyclone DDS."""
 
     KIND = "fsm_link_dds"
     RESULT = "dds_return_t"
@@ -149,7 +148,7 @@ class Tables:
             out.lines(rows)
 
     def print_start(self) -> tuple[int, str]:
-        """Print the levels of the foreign node before any came; return their bytes and name."""
+        """Print the initial levels of the foreign node; return their bytes and name."""
         start = layout(tuple(level.type for level in self.node.map.levels_of(self.peer)))
         levels = start.encode(self.ros.start)
         if not levels:
@@ -279,7 +278,7 @@ def _read(part: RosPart, wire: RosWire) -> str:
 
 
 def _limits(type_: Type, read: str, primitive: str) -> Iterator[str]:
-    """Yield the conditions under which the payload has a place for a value of a message."""
+    """Yield the conditions under which a value of a message fits into the payload."""
     if isinstance(type_, FloatType):
         if type_.bits == 32 and primitive == "float64":
             yield f"fsm_ros_is_float({read})"

@@ -1,4 +1,4 @@
-"""Definitions of messages as text: ``.msg`` of ROS, ``.idl`` of DDS with the names ROS gives there.
+"""Definitions of messages: ``.msg`` of ROS, ``.idl`` of DDS with the names of ROS.
 
 In DDS, a message ``a/msg/B`` is the final struct ``a::msg::dds_::B_``. Its members have the names
 of the fields: identifiers of types (DDS-XTypes 1.3, 7.3.1.2) are then those of ``rmw_fastrtps``.
@@ -105,7 +105,7 @@ def idl_of(type_: RosType, notice: str) -> str:
 
 
 def with_nested(types: Iterable[RosType]) -> tuple[RosType, ...]:
-    """Return types once, with those that their fields have."""
+    """Return types once, with the types of their fields."""
     found = dict.fromkeys(types)
     if any(field.type == DURATION for each in found for field in each.fields):
         found[DURATION_TYPE] = None

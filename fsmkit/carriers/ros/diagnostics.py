@@ -1,7 +1,7 @@
-"""What a node counts, on the topic ``/diagnostics`` of ROS 2, as ``fsm_dds_diagnostics.c`` has it.
+"""Publish the counters of a node on ``/diagnostics`` of ROS 2, as ``fsm_dds_diagnostics.c``.
 
-By Cyclone DDS, or by rclpy: Cyclone DDS for Python and Fast DDS, which ROS has by default, describe
-the type `diagnostic_msgs/msg/DiagnosticArray` in different ways, and do not match.
+By Cyclone DDS, or by rclpy: Cyclone DDS for Python and Fast DDS, the default of ROS, describe the
+type `diagnostic_msgs/msg/DiagnosticArray` differently, and do not match.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Publisher(Protocol):
     """Publishes messages of ``/diagnostics``."""
 
     def publish(self, hardware: str, statuses: tuple[Status, ...]) -> None:
-        """Publish what is of one moment. Must not block."""
+        """Publish statuses of one instant. Must not block."""
         ...
 
     def close(self) -> None:
@@ -51,16 +51,17 @@ class Publisher(Protocol):
 class Diagnostics(AbstractContextManager["Diagnostics"]):
     """Publishes a status of a node, of its link to each other node, and of each machine.
 
-    A status is an error if the machine has stopped by a fault, and a warning if a counter has moved
-    since the message before.
+    A status is an error if the machine has stopped by a fault, and a warning if a counter has
+    increased since the previous message.
 
     Args:
         node: The node.
         domain: The domain of DDS; with rclpy that of ``ROS_DOMAIN_ID``.
-        is_insecure: Whether the domain goes beyond this computer; see `fsmkit.carriers.ros.domain`.
+        is_insecure: Whether the domain extends beyond this computer; see
+            `fsmkit.carriers.ros.domain`.
         way: ``dds`` or ``rclpy``.
-        period: Seconds from one message to the next.
-        clock: Seconds that pass.
+        period: Seconds between messages.
+        clock: Returns seconds.
 
     Raises:
         FsmkitError: ``missing-package``; ``link-not-opened``.
@@ -95,7 +96,7 @@ class Diagnostics(AbstractContextManager["Diagnostics"]):
         return f"{deployment.system.name}/{deployment.nodes[self._node.place]}"
 
     def update(self, *, overruns: int = 0) -> None:
-        """Publish if it is time; in each cycle. ``overruns``: cycles that began too late so far."""
+        """Publish if it is time; in each cycle. ``overruns``: late cycles so far."""
         self._overruns = overruns
         now = self._clock()
         if now >= self._due:
@@ -103,7 +104,7 @@ class Diagnostics(AbstractContextManager["Diagnostics"]):
             self._publisher.publish(self._own, self.statuses())
 
     def statuses(self) -> tuple[Status, ...]:
-        """Return how all is, compared with the last time that this was called."""
+        """Return the statuses, compared with the previous call."""
         deployment, link = self._node.deployment, self._node.link
         own = {"refused": link.refused, "malformed": link.malformed, "foreign": link.foreign}
         found = [self._counters(self._own, own | {"overruns": self._overruns}, {})]
@@ -148,10 +149,10 @@ class _Dds:
             from cyclonedds.topic import Topic
 
             from fsmkit.carriers.ros import standard_structs
-            from fsmkit.carriers.ros.domain import Joined
+            from fsmkit.carriers.ros.domain import Participant
 
             self._types: Any = standard_structs
-            self._joined = Joined(domain, is_insecure=is_insecure)
+            self._joined = Participant(domain, is_insecure=is_insecure)
             qos = Qos(
                 Policy.Reliability.Reliable(max_blocking_time=0),
                 Policy.History.KeepLast(DEPTH),
@@ -177,7 +178,7 @@ class _Dds:
             for each in statuses
         ]
         stamp = types.Time(now // 1_000_000_000, now % 1_000_000_000)
-        with suppress(DDSException):  # the next message says the same, and what has moved since
+        with suppress(DDSException):  # the next message includes this one
             self._writer.write(types.DiagnosticArray(types.Header(stamp, ""), content))
 
     def close(self) -> None:

@@ -1,8 +1,8 @@
-"""Domains of DDS as the carriers of a program share them: who can reach them, how they run.
+"""Domains of DDS that the carriers of a program share: their reach, and their configuration.
 
-DDS without DDS Security proves of nobody who publishes. A domain is therefore confined to the
-loopback interface of this computer, whatever ``CYCLONEDDS_URI`` says, unless it is insecure: then
-``CYCLONEDDS_URI`` alone configures it. It is that of ``fsm_dds_domain.c``.
+DDS without DDS Security does not authenticate publishers. A domain is therefore confined to the
+loopback interface of this computer, whatever ``CYCLONEDDS_URI`` contains, unless it is insecure:
+then ``CYCLONEDDS_URI`` alone configures it. It is the same as in ``fsm_dds_domain.c``.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ LOOPBACK = (
     '<Peers><Peer Address="127.0.0.1"/></Peers><LeaseDuration>2s</LeaseDuration>'
     "<SPDPInterval>500ms</SPDPInterval></Discovery>"
 )
-"""Of a domain: what confines it to this computer."""
+"""The configuration that confines a domain to this computer."""
 
 
 class _Domains:
-    """The domains that this program has opened, with how many participants each has."""
+    """The open domains of this program, with the number of participants of each."""
 
     def __init__(self) -> None:
         self.turn = threading.Lock()
@@ -42,7 +42,7 @@ class _Domains:
                     "link-not-opened",
                     f"the domain {number} is open already, "
                     f"{'beyond' if known else 'confined to'} this computer",
-                    help="write `insecure: true` everywhere or nowhere, or take two domains",
+                    help="write `insecure: true` everywhere or nowhere, or use two domains",
                 )
             if uses == 0:
                 domain = Domain(number, configuration(is_insecure=is_insecure))
@@ -56,13 +56,13 @@ class _Domains:
 
 
 def configuration(*, is_insecure: bool) -> str:
-    """Return how Cyclone DDS is to be configured."""
+    """Return the configuration of Cyclone DDS."""
     if is_insecure:
         return os.environ.get("CYCLONEDDS_URI", "")
     return f'<CycloneDDS><Domain Id="any">{LOOPBACK}</Domain></CycloneDDS>'
 
 
-class Joined:
+class Participant:
     """A participant of a domain, until it leaves."""
 
     def __init__(self, number: int, *, is_insecure: bool) -> None:
@@ -75,7 +75,7 @@ class Joined:
             raise
 
     def leave(self) -> None:
-        """Leave the domain, once what belongs to the participant is dropped."""
+        """Leave the domain, after the participant's entities are dropped."""
         if self.participant is not None:
             self.participant = None
             _DOMAINS.leave(self.number)
@@ -84,11 +84,11 @@ class Joined:
 _DOMAINS = _Domains()
 
 
-def matched(ends: Callable[[], list[int]]) -> list[int]:
-    """Return the other ends that a reader or writer has now.
+def matched_ends(ends: Callable[[], list[int]]) -> list[int]:
+    """Return the matched remote ends of a reader or writer.
 
-    Cyclone's binding counts them and then lists them, and fails where one came in between; the
-    list is then made again.
+    Cyclone's binding counts them and then lists them, and fails if one was added in between; the
+    list is then requested again.
     """
     while True:
         try:

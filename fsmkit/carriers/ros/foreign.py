@@ -1,4 +1,4 @@
-"""Foreign nodes of ROS 2: the topics that connections stand for, with type, fields and QoS.
+"""Foreign nodes of ROS 2: the topics of connections, with type, fields and QoS.
 
 A topic has the name of the port of the foreign machine, within the namespace of the node, unless
 ``bind`` names another for a connection.
@@ -56,7 +56,7 @@ INTERFACE = re.compile(r"(?!std_msgs/)[a-z]\w*/msg/[A-Z]\w*", re.ASCII)
 
 @dataclass(frozen=True, slots=True)
 class _Bound:
-    """What ``bind`` says of a connection."""
+    """The entry of a connection in ``bind``."""
 
     name: Text
     topic: Text | None
@@ -130,7 +130,7 @@ class _RosNode:
             self.lifecycle,
         )
 
-    # --- what is written -----------------------------------------------------------------------
+    # --- keys of the file -----------------------------------------------------------------------
 
     def _read(self, node: Node | None) -> None:
         names = [message.name for message in self.map.messages if self._is_own(message)]
@@ -168,14 +168,14 @@ class _RosNode:
             self.bound[name] = _Bound(key, topic, type_, fields, qos, service)
 
     def _type(self, text: Text | None) -> RosType | None:
-        """Return a type of messages that has one number, or none."""
+        """Return a type of messages with one number, or none."""
         if text is None or text.value in STANDARD or not INTERFACE.fullmatch(text.value):
             return self._one_of(text, STANDARD, "type of messages")
         self.findings.add(
             "unfit-message",
             f"`{text}` cannot be bound: it may have nested types or arrays",
             text,
-            help="leave `type` out and publish the message that `fsmkit compile` writes into "
+            help="remove `type` and publish the message that `fsmkit compile` writes into "
             "`msg/`, or one of std_msgs, from a node that takes the other apart",
         )
         return None
@@ -222,7 +222,7 @@ class _RosNode:
         if text.value not in known:
             self.findings.add(
                 "unexpected-value",
-                f"there is no {what} `{text}`, for all that is known here",
+                f"the {what} `{text}` is unknown",
                 text,
                 help=suggest(text.value, list(known), f"use one of {', '.join(known)}"),
             )
@@ -246,7 +246,7 @@ class _RosNode:
             if (own_bound := self.bound.get(message.name)) is not None and own_bound.service:
                 self.findings.add(
                     "unfit-message",
-                    f"`{message.target}` is not answered, and `{own_bound.service}` is a service",
+                    f"`{message.target}` returns no value, but `{own_bound.service}` is a service",
                     own_bound.name,
                     help="declare the event with `-> type`, or name a type of messages",
                 )
@@ -326,7 +326,7 @@ class _RosNode:
         return self.types[key]
 
     def _bound_parts(self, bound: _Bound, own: list[Field]) -> tuple[RosPart, ...]:
-        """Return where the values are in a message that is named; report what is nowhere."""
+        """Return the fields of the values in a named message; report values without a field."""
         assert bound.type is not None  # noqa: S101  (who calls has seen it)
         fields = {plain(field.name): field for field in bound.type.fields}
         is_alone = len(own) == 1 and not bound.fields
@@ -379,7 +379,7 @@ class _RosNode:
                 "unfit-message",
                 f"`fields` of `{bound.name}` names fields of no type",
                 next(iter(bound.fields.values())),
-                help="name the `type`, or leave `fields` out",
+                help="name the `type`, or remove `fields`",
             )
 
     def _can_cross(self, name: str, types: list[Type]) -> bool:
@@ -397,31 +397,31 @@ class _RosNode:
         return True
 
     def _is_answered(self, link: EventLink, message: MessageType) -> bool:
-        """Whether an event is no message but a request; then a service is offered for it."""
+        """Whether an event is a request instead of a message; then it offers a service."""
         target = self.system.machines[link.target]
         reply = target.chart.events[link.event].reply
         if reply is None:
             return False
         if message.receiver == self.peer:
-            self._refuse(
+            self._reject(
                 target,
                 f"`{message.target}` answers, and nothing here would wait for a service of ROS",
             )
         elif not self.by_rclpy:
-            self._refuse(
+            self._reject(
                 target, f"`{message.target}` is answered: answered events need `way: rclpy`"
             )
         elif self._can_cross(message.name, [*(each.type for each in message.fields), reply]):
             self._offer(target, message, reply)
         return True
 
-    def _refuse(self, machine: Machine, text: str) -> None:
+    def _reject(self, machine: Machine, text: str) -> None:
         self.findings.add(
             "unfit-message",
             text,
             self.span,
             secondary=[] if machine.span is None else [(machine.span, "the machine")],
-            help="send an event, and let the answer come as another",
+            help="send an event, and return the result as another event",
         )
 
     def _offer(self, machine: Machine, message: MessageType, reply: Type) -> None:
@@ -445,7 +445,7 @@ class _RosNode:
                 f"`{message.target}`",
                 bound.name,
                 help=f"use {TRIGGER} for no field, {SET_BOOL} for one that is true or false, or "
-                "leave the type out",
+                "remove the type",
             )
         elif any(each.name == name for each in self.services):
             self.findings.add(
@@ -458,7 +458,7 @@ class _RosNode:
             self.services.append(found)
 
     def _report_clashes(self, wires: list[RosWire]) -> None:
-        """Report a topic that is to have two types, two profiles, or messages of both sides."""
+        """Report a topic with two types, two profiles, or messages in both directions."""
         seen: dict[str, RosWire] = {}
         for wire in wires:
             first = seen.setdefault(wire.topic.name, wire)

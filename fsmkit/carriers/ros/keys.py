@@ -16,31 +16,31 @@ BINDING = {
 LIFECYCLE = named(
     configure="when the node is configured",
     activate="when it becomes active",
-    deactivate="when it is active no more",
-    cleanup="when it is configured no more",
+    deactivate="when it is deactivated",
+    cleanup="when it is cleaned up",
     shutdown="when it ends",
 )
 """The transitions of `lifecycle`."""
 LINK_KEYS = {
     **named(
-        domain="the number of the domain; 0 unless it says so",
-        namespace="what its topics begin with; the system unless it says so",
+        domain="the number of the domain (default: 0)",
+        namespace="the prefix of its topics (default: the system)",
     ),
     "insecure": LINKS["insecure"],
 }
 FOREIGN_KEYS = table(
-    Key("domain", "the number of the domain; 0 unless it says so"),
-    Key("namespace", "what its topics begin with; the name of the node unless it says so"),
+    Key("domain", "the number of the domain (default: 0)"),
+    Key("namespace", "the prefix of its topics (default: the name of the node)"),
     Key(
         "insecure",
         "true: also with programs beyond this computer, without authentication",
         Form.FLAG,
     ),
     Key("bind", "connections whose topics have other names or types", Form.RECORDS, rows=BINDING),
-    Key("way", "dds, unless it says rclpy: then there are services and a life"),
+    Key("way", "dds (default) or rclpy, which adds services and the lifecycle"),
     Key(
         "lifecycle",
-        "the connection whose event each transition of the node's life posts",
+        "the connection whose event each transition of the node's lifecycle posts",
         Form.RECORD,
         rows=LIFECYCLE,
     ),

@@ -1,4 +1,4 @@
-"""Frames between nodes of fsmkit by topics of ROS, `std_msgs/msg/UInt8MultiArray`."""
+"""Transmit frames between nodes of fsmkit by topics of ROS, `std_msgs/msg/UInt8MultiArray`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from fsmkit.carriers.ros.domain import Joined, matched
+from fsmkit.carriers.ros.domain import Participant, matched_ends
 from fsmkit.carriers.ros.standard_structs import Layout, UInt8MultiArray
 from fsmkit.carriers.ros.topics import frame_topics
 from fsmkit.carriers.ros.translator import UNREADABLE
@@ -29,9 +29,9 @@ POLL = 0.001
 class RosLink(Link):
     """A link of a node; the topic of a node is ``<namespace>/<node>/frames``.
 
-    Frames are published and taken in the calls of the loop, none of which waits. Of what a peer
-    does not read in time the oldest is overwritten, and the peer counts it as lost. Nobody proves
-    who publishes: without `EventMap.is_insecure` the domain is confined to this computer.
+    Frames are published and taken in the calls of the loop, none of which waits. If a peer does not
+    read in time, its oldest frames are overwritten, and it counts them as lost. Publishers are not
+    authenticated: without `EventMap.is_insecure` the domain is confined to this computer.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class RosLink(Link):
         slots: int = SLOTS,
     ) -> None:
         super().__init__(event_map, node, session, faults, slots, is_proven=False)
-        self._joined = Joined(domain, is_insecure=event_map.is_insecure)
+        self._joined = Participant(domain, is_insecure=event_map.is_insecure)
         tag = struct.pack("<II", event_map.hash, session)
         qos = Qos(
             Policy.Reliability.Reliable(max_blocking_time=0),
@@ -69,15 +69,17 @@ class RosLink(Link):
         }
 
     def wait_listeners(self, timeout: float) -> None:
-        """Block until each other node and this one know of each other, as far as this one knows.
+        """Block until each other node and this one have discovered each other.
 
-        Another may know of this node a little later; the events that it misses are counted there.
+        Another node may discover this one a little later; it counts the events that it misses.
         """
         until = time.monotonic() + timeout
         while True:
-            listen = len(matched(self._writer.get_matched_subscriptions)) >= len(self._readers)
+            listen = len(matched_ends(self._writer.get_matched_subscriptions)) >= len(self._readers)
             deaf = [
-                n for n, each in self._readers.items() if not matched(each.get_matched_publications)
+                n
+                for n, each in self._readers.items()
+                if not matched_ends(each.get_matched_publications)
             ]
             if listen and not deaf:
                 return
@@ -96,11 +98,11 @@ class RosLink(Link):
 
     def _wake(self) -> None:
         while (frame := self.next_frame()) is not None:
-            with suppress(DDSException):  # what DDS does not take, the peers count as lost
+            with suppress(DDSException):  # the peers count frames that DDS rejects as lost
                 self._writer.write(UInt8MultiArray(Layout([], 0), list(frame)))
 
     def _pass_time(self) -> None:
-        """Take what has come, of events no more than there is room for."""
+        """Take received frames, but no more events than there is space for."""
         events = self.receiver.events
         for node, reader in self._readers.items():
             for _ in range(WAITING * events.capacity):

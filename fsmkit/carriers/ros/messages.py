@@ -1,4 +1,4 @@
-"""Types of messages of ROS 2, and which of their fields hold a type of the action language.
+"""Types of messages of ROS 2, and the fields that hold a type of the action language.
 
 Names follow the rules of ROS 2 for interfaces (https://docs.ros.org, "About ROS 2 interfaces"): a
 package is lower case, a message CamelCase, a field lower case with single underscores, a constant
@@ -55,7 +55,7 @@ class RosType:
 
     @property
     def is_counted(self) -> bool:
-        """Whether it begins with `COUNTERS`."""
+        """Whether it starts with `COUNTERS`."""
         return tuple(field.name for field in self.fields[: len(COUNTERS)]) == COUNTERS
 
 
@@ -70,7 +70,7 @@ def _standard() -> dict[str, RosType]:
 
 
 STANDARD = _standard()
-"""The types of ROS that connections can be bound to, as ROS spells them."""
+"""The types of ROS that connections can be bound to, in the notation of ROS."""
 STRING = STANDARD["std_msgs/msg/String"]
 DURATION_TYPE = STANDARD["builtin_interfaces/msg/Duration"]
 
@@ -89,7 +89,7 @@ def smallest(type_: Type) -> str:
 
 
 def holds(primitive: str, type_: Type) -> bool:
-    """Whether a field of a primitive type has a value for each of a type, unchanged."""
+    """Whether a field of a primitive type represents all values of a type unchanged."""
     match type_:
         case BoolType():
             return primitive == "bool"
@@ -121,7 +121,7 @@ def level_type(type_: Type) -> RosType:
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words of a name, of ASCII letters and digits: those of ``FeederBelt`` are two."""
+    """Return the words of a name, of ASCII letters and digits: ``FeederBelt`` has two."""
     spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", plain(name))
     return re.findall(r"[A-Za-z0-9]+", spaced)
 
@@ -143,18 +143,18 @@ def lower(name: str) -> Identifier:
     return Identifier(found if found[:1].isalpha() else f"f{found}")
 
 
-def unique(wanted: str, taken: set[str]) -> Identifier:
-    """Return a name, with a number where it is taken, and take it."""
-    found, number = wanted, 1
+def unique(preferred: str, taken: set[str]) -> Identifier:
+    """Return a name, with a number if it is taken, and take it."""
+    found, number = preferred, 1
     while found in taken:
         number += 1
-        found = f"{wanted}{number}" if wanted[:1].isupper() else f"{wanted}_{number}"
+        found = f"{preferred}{number}" if preferred[:1].isupper() else f"{preferred}_{number}"
     taken.add(found)
     return Identifier(found)
 
 
 TAKEN = ("serialize", "serialize_key", "deserialize", "deserialize_key", "sample_info")
-"""What objects of Cyclone DDS have beside the fields of a message."""
+"""Attributes of objects of Cyclone DDS beside the fields of a message."""
 
 
 def event_type(
@@ -165,8 +165,8 @@ def event_type(
     constants: set[str] = set()
     found = [RosField(Identifier(counter), "uint32") for counter in COUNTERS]
     names = []
-    for wanted, type_ in fields:
-        own = unique(lower(wanted), taken)
+    for preferred, type_ in fields:
+        own = unique(lower(preferred), taken)
         members = (
             zip(type_.members, type_.numbers, strict=True) if isinstance(type_, EnumType) else ()
         )

@@ -1,4 +1,4 @@
-"""The part of a deployment that is on ROS 2: topics of frames, and foreign nodes."""
+"""The ROS 2 part of a deployment: topics of frames, and foreign nodes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def ros_net(options: Mapping[str, Text], map_: EventMap, findings: Findings) -> 
 
 
 def domain_of(text: Text | None, findings: Findings) -> int:
-    """Return the number of a domain; 0 where none is given, or after an error."""
+    """Return the number of a domain; 0 without one, or after an error."""
     number = None if text is None else integer(text, findings)
     if text is not None and number is not None and not 0 <= number <= MOST_DOMAINS:
         findings.add("unexpected-value", f"a domain of ROS is 0 to {MOST_DOMAINS}", text)

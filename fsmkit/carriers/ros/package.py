@@ -1,7 +1,7 @@
-"""A package of ROS 2 of a deployment: its messages, and for each node a program by rclc.
+"""A package of ROS 2 for a deployment: its messages, and for each node a program by rclc.
 
 ``package.xml`` is format 3 (REP 149), ``CMakeLists.txt`` for ament_cmake. The programs need rclc,
-which micro-ROS has, and allocate nothing once they run.
+which is part of micro-ROS, and do not allocate memory after their start.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.deployment.event_map import LevelType, MessageType
 
 VERSION = "0.1.0"
-"""Of the package; whoever publishes one numbers it."""
+"""The version of the package; its publisher numbers it."""
 OWN = Path(__file__).parent / "c"
 LIBRARY = (
     *(C_LIBRARY / "links" / name for name in ("fsm_link.h", "fsm_link.c")),
@@ -48,10 +48,10 @@ STATES = "std_msgs"
 def ros_package(
     deployment: Deployment, machines: Mapping[str, Mapping[str, str]], nodes: Sequence[Node]
 ) -> dict[str, str]:
-    """Return the files; ``machines``: by node the C of its machines, and what joins them.
+    """Return the files; ``machines``: by node the C of its machines and their connections.
 
     Raises:
-        FsmkitError: ``wrong-option`` where a node has no topic, or speaks with another by frames.
+        FsmkitError: ``wrong-option`` if a node has no topic, or exchanges frames with another.
 
     """
     name = package_name(deployment.system.name)
@@ -103,12 +103,12 @@ def _word(node: Node) -> str:
 
 @printing
 def _host(node: Node) -> str:
-    """Return what is connected to nothing: functions that do nothing, to be filled in."""
+    """Return the functions of unconnected ports: empty ones, to be filled in."""
     printer = NodePrinter(node, parts_of(node.system, node.charts, ()))
     joined = {(link.source, link.port) for link in node.system.event_links} | set(printer.sent)
     out = Emitter()
     out.line(
-        f"/* host.c: what the machines of the node {comment(node.name)} ask of their host, to be"
+        f"/* host.c: the host functions of the machines of the node {comment(node.name)}, to be"
     )
     out.line(" * replaced. It belongs to whoever generated it, without any condition. */")
     out.lines([f'#include "{node.prefix}.h"', ""])
@@ -144,7 +144,7 @@ def _main(node: Node) -> str:
     tick = node.system.machines[0].chart.capacities.tick
     out = Emitter()
     out.line(f"/* main.c: the node {comment(node.name)} by rclc, for micro-ROS.")
-    out.line(" * Nothing is allocated once it runs. It belongs to whoever generated it. */")
+    out.line(" * It allocates nothing after its start. It belongs to whoever generated it. */")
     out.lines([f'#include "{p}.h"', f'#include "{p}_rclc.h"', '#include "fsm_rclc_state.h"', ""])
     out.lines(["#include <rcutils/time.h>", ""])
     out.line(f"enum {{ HANDLES = {max(1, len(comes))}, TICK_US = {tick} }};")
@@ -185,7 +185,7 @@ int main(int argc, char **argv)
         rclc_executor_init(&executor, &support.context, HANDLES, &allocator) != RCL_RET_OK) {{
         return 1;
     }}
-    /* better a number that is kept and counted up: it distinguishes this run from those before */
+    /* better a stored counter: it distinguishes this run from earlier ones */
     fsm_link_init(&wire, &{p}_map, 1u + begin % 0x10000000u);
     if ({opened}
         open_states(&ros) != RCL_RET_OK ||
@@ -214,7 +214,7 @@ int main(int argc, char **argv)
 
 
 def _states(out: Emitter, node: Node, ros: Sequence[RosNode]) -> None:
-    """Print what shows the active states of each machine, in the namespace of each foreign node."""
+    """Print the functions that publish the active states of each machine, by foreign node."""
     parts = parts_of(node.system, node.charts, ())
     spaces = list(dict.fromkeys(each.namespace for each in ros))
     shown = [
@@ -222,7 +222,7 @@ def _states(out: Emitter, node: Node, ros: Sequence[RosNode]) -> None:
         for space in spaces
         for part, machine in zip(parts, node.system.machines, strict=True)
     ]
-    out.lines(["", "/* ---- active states; -DFSM_NO_NAMES leaves them out ---- */", ""])
+    out.lines(["", "/* ---- active states; -DFSM_NO_NAMES omits them ---- */", ""])
     out.line("#ifndef FSM_NO_NAMES")
     out.line(f"static fsm_rclc_state shown[{len(shown)}];")
     out.line()

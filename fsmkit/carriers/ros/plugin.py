@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Ros:
-    """Reads what a deployment says of ROS 2, opens topics by Cyclone DDS, and writes tables in C.
+    """Reads the ROS 2 part of a deployment, opens topics by Cyclone DDS, and writes tables in C.
 
     Options of a link: ``domain``, ``namespace``, ``slots``.
     """
@@ -68,14 +68,14 @@ class Ros:
         faults: Faults | None = None,
         options: Mapping[str, Any],
     ) -> Link:
-        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        """Return a link of a node. Raises `FsmkitError` if it cannot be opened."""
         with findings(int(options.get("domain", 0))):
             from fsmkit.carriers.ros.link import RosLink
 
             return RosLink(event_map, node, session=session, faults=faults, **options)
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
-        """Return what joins a link with topics; ``options``: those of `foreign_options`."""
+        """Return the translator between a link and topics, by `foreign_options`."""
         with findings(options["ros"].domain):
             if options["ros"].needs_rclpy:
                 from fsmkit.carriers.ros.rclpy_translator import RclpyTranslator
@@ -120,7 +120,7 @@ class Ros:
         return compose_dds(node)
 
     def rejection(self, deployment: Deployment, target: str) -> FsmkitError | None:
-        """Return why C cannot offer services and lives of nodes, which are rclpy's."""
+        """Return why C cannot offer services and lifecycles of nodes, which need rclpy."""
         from fsmkit.carriers.ros.network import ros_nodes
 
         for place, ros in ros_nodes(deployment).items():
@@ -147,7 +147,7 @@ class Ros:
 
 @contextmanager
 def findings(domain: int) -> Iterator[None]:
-    """Turn what goes wrong into findings."""
+    """Convert errors of DDS to findings."""
     try:
         from cyclonedds.core import DDSException
     except ImportError as error:

@@ -1,13 +1,13 @@
-"""The tables of ``fsm_link_rclc.h``: what a node exchanges with foreign ones of ROS, by rclc.
+"""The tables of ``fsm_link_rclc.h``: the topics between a node and foreign ones, by rclc.
 
-Structs of messages are those that ``rosidl_generator_c`` makes of ``msg``.
+Structs of messages are those that ``rosidl_generator_c`` generates from ``msg``.
 """
 
 from __future__ import annotations
 
 import re
 
-from fsmkit.carriers.ros.dds_tables import QOS, Tables, wires_here
+from fsmkit.carriers.ros.dds_tables import QOS, Tables, wires_with
 from fsmkit.carriers.ros.messages import RosType
 from fsmkit.carriers.ros.network import ros_nodes
 from fsmkit.carriers.ros.topics import RosTopic
@@ -22,7 +22,7 @@ def tables_of(node: Node) -> dict[int, str]:
     return {
         peer: f"{node.prefix}_rclc_{node.words[peer].lower()}"
         for peer, ros in ros_nodes(node.deployment).items()
-        if wires_here(node, ros)
+        if wires_with(node, ros)
     }
 
 
@@ -37,7 +37,7 @@ def compose_rclc(node: Node) -> dict[str, str]:
     head.lines([f"#ifndef {guard}", f"#define {guard}", "", '#include "fsm_link_rclc.h"', ""])
     out.line(f"/* {file}.c: see {file}.h. {NOTICE} */")
     out.lines([f'#include "{file}.h"', ""])
-    wires = {peer: wires_here(node, ros_nodes(node.deployment)[peer]) for peer in tables}
+    wires = {peer: wires_with(node, ros_nodes(node.deployment)[peer]) for peer in tables}
     types = dict.fromkeys(wire.topic.type for own in wires.values() for wire in own)
     for type_ in types:
         out.line(f"#include <{header_of(type_)}>")

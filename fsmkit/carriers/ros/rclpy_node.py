@@ -1,6 +1,6 @@
-"""Nodes of rclpy, for what Cyclone DDS alone cannot do: services, the life of a node.
+"""Nodes of rclpy, for features that Cyclone DDS lacks: services, the lifecycle of a node.
 
-rclpy is part of an installation of ROS 2, or comes as ``ros-rclpy[fastrtps]`` for CPython 3.11.
+rclpy is part of an installation of ROS 2, or of ``ros-rclpy[fastrtps]`` for CPython 3.11.
 """
 
 from __future__ import annotations
@@ -36,31 +36,31 @@ class RclpyNode:
         life: Mapping[str, int] = MappingProxyType({}),
         moved: Callable[[int], object] = int,
     ) -> None:
-        """Make a node; with a life, ``moved`` is called with the number of each transition."""
-        rclpy: Any = imported("rclpy")
-        imported("rclpy.executors")
+        """Create a node; with a lifecycle, ``moved`` is called with each transition's number."""
+        rclpy: Any = import_ros_module("rclpy")
+        import_ros_module("rclpy.executors")
         self._rclpy = rclpy
         self._context = rclpy.Context()
         try:
             with _confined(is_insecure=is_insecure):
                 rclpy.init(context=self._context, domain_id=domain)
-            make = _living(life, moved) if life else imported("rclpy.node").Node
+            make = _lifecycle_class(life, moved) if life else import_ros_module("rclpy.node").Node
             self.node: Any = make(lower(name), context=self._context, namespace=namespace)
             self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self.node)
         except RuntimeError as error:
             raise fail(
                 "link-not-opened",
-                f"rclpy cannot make the node `{name}`: {error}",
+                f"rclpy cannot create the node `{name}`: {error}",
                 help="see ROS_DOMAIN_ID and RMW_IMPLEMENTATION",
             ) from error
 
     def package(self, name: str) -> Any:
         """Return a module of a package with messages or services."""
-        return imported(name)
+        return import_ros_module(name)
 
     def spin(self) -> None:
-        """Do what is ready; does not block."""
+        """Process ready events; does not block."""
         self._executor.spin_once(timeout_sec=0)
 
     def leave(self) -> None:
@@ -74,7 +74,7 @@ class RclpyNode:
 
 @contextmanager
 def _confined(*, is_insecure: bool) -> Iterator[None]:
-    """Let rclpy reach this computer only, unless it is insecure; it reads the environment."""
+    """Confine rclpy to this computer by its environment, unless it is insecure."""
     before = os.environ.get(RANGE)
     if not is_insecure:
         os.environ[RANGE] = "LOCALHOST"
@@ -87,9 +87,9 @@ def _confined(*, is_insecure: bool) -> Iterator[None]:
             os.environ[RANGE] = before
 
 
-def _living(life: Mapping[str, int], moved: Callable[[int], object]) -> Any:
-    """Return a class of nodes with a life, whose transitions all succeed."""
-    found = imported("rclpy.lifecycle")
+def _lifecycle_class(life: Mapping[str, int], moved: Callable[[int], object]) -> Any:
+    """Return a class of nodes with a lifecycle, whose transitions all succeed."""
+    found = import_ros_module("rclpy.lifecycle")
 
     def followed(number: int) -> Callable[[Any, Any], Any]:
         def follow(node: Any, state: Any) -> Any:  # noqa: ARG001  (the protocol of rclpy)
@@ -102,8 +102,8 @@ def _living(life: Mapping[str, int], moved: Callable[[int], object]) -> Any:
     return type("LivingNode", (found.LifecycleNode,), methods)
 
 
-def imported(name: str) -> Any:
-    """Return a module of ROS; `FsmkitError` where it is not installed."""
+def import_ros_module(name: str) -> Any:
+    """Return a module of ROS. Raises `FsmkitError` if it is not installed."""
     try:
         return import_module(name)
     except ImportError as error:

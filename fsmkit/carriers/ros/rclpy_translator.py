@@ -1,4 +1,4 @@
-"""A foreign node of ROS 2 with services and a life: topics by DDS, these by rclpy."""
+"""A foreign node of ROS 2 with services and lifecycle: topics by DDS, the others by rclpy."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ AT_ONCE = 8
 
 
 class RclpyTranslator(RosTranslator):
-    """Joins a link with a foreign node that calls services, or leads the life of this node.
+    """Connects a link with a foreign node that calls services, or controls this node's lifecycle.
 
-    A request is answered while a cycle begins. Without `answer` none is handled.
+    A request is handled at the start of a cycle. Without `answer` none is handled.
     """
 
     def __init__(self, link: Link, node: int, ros: RosNode) -> None:
@@ -71,7 +71,7 @@ class RclpyTranslator(RosTranslator):
         if not all(
             _is_of(value, type_) for value, type_ in zip(values, service.types, strict=True)
         ):
-            self._refuse()
+            self._reject()
         elif self.answer is not None:
             is_handled, reply = self.answer(service.number, tuple(values))
         if service.response is None:
@@ -84,12 +84,12 @@ class RclpyTranslator(RosTranslator):
         return response
 
     def _moved(self, number: int) -> None:
-        """Post the event of a transition of the node's life."""
+        """Post the event of a transition of the node's lifecycle."""
         self.counters.received += 1
         self._arrive(number, ())
 
     def poll(self) -> None:
-        """Hand over what has come, and serve requests."""
+        """Deliver received messages, and serve requests."""
         super().poll()
         for _ in range(AT_ONCE):
             self._joined_rclpy.spin()

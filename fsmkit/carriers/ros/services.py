@@ -1,4 +1,4 @@
-"""Services of ROS 2 for events that are answered, offered by rclpy."""
+"""Services of ROS 2 for events with a result, offered by rclpy."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ DATA = RosField(Identifier("data"), "bool")
 class RosService:
     """A service of a machine.
 
-    ``number``: the event's, of the event map; ``request``: its fields, by their places, with the
-    types of their values; ``response``: the field with the answer, beside ``handled``; None where
-    it is one of `STANDARD_SERVICES`.
+    ``number``: the event's, of the event map; ``request``: its fields, by their indices, with the
+    types of their values; ``response``: the field with the result, beside ``handled``; None for one
+    of `STANDARD_SERVICES`.
     """
 
     name: str

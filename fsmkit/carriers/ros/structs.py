@@ -25,13 +25,13 @@ PRIMITIVES: dict[str, Any] = {
     "float64": types.float64,
     "string": str,
 }
-"""What Cyclone DDS packs a primitive type by."""
+"""The type by which Cyclone DDS packs a primitive type."""
 ZERO: dict[str, Any] = {"bool": False, "float32": 0.0, "float64": 0.0, "string": ""}
 """The value of a field that carries nothing, if it is not 0."""
 
 
 def _fill(message: Any, **values: Any) -> None:
-    """Make a message; unlike in a dataclass, fields may have names that are words of Python."""
+    """Build a message; unlike in a dataclass, fields may have names that are words of Python."""
     message.__dict__.update(values)
 
 
@@ -74,6 +74,6 @@ def duration_of(ticks: int, tick: int) -> Any:
 
 
 def ticks_of(duration: Any, tick: int) -> int:
-    """Return the whole ticks that have passed after a ``builtin_interfaces/Duration``."""
+    """Return the whole ticks in a ``builtin_interfaces/Duration``."""
     ns: int = duration.sec * 1_000_000_000 + duration.nanosec
     return ns // (tick * 1000)

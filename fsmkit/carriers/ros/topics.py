@@ -24,7 +24,7 @@ MOST_TOPIC = 200
 
 @dataclass(frozen=True, slots=True)
 class RosTopic:
-    """A topic, as ROS has it. ``qos``: one of `QOS`; ``is_event``: each message of it counts."""
+    """A topic. ``qos``: one of `QOS`; ``is_event``: every message of it counts."""
 
     name: str
     type: RosType
@@ -45,7 +45,7 @@ class RosWire:
     """A connection between a node and the foreign one.
 
     ``number``: of the event map, or `LEVELS`; ``place``: of a level among those of its sender;
-    ``parts``: by the places of the values; ``tick``: of durations, in microseconds.
+    ``parts``: by the indices of the values; ``tick``: of durations, in microseconds.
     """
 
     topic: RosTopic
@@ -59,9 +59,10 @@ class RosWire:
 
 @dataclass(frozen=True, slots=True)
 class RosNode:
-    """A foreign node of ROS. ``start``: its levels before messages with them have come.
+    """A foreign node of ROS. ``start``: its levels before their first message.
 
-    ``is_insecure``: its programs may run on other computers; else the domain is confined to this.
+    ``is_insecure``: its programs may run on other computers; else the domain is confined to this
+    one.
     """
 
     domain: int
@@ -70,7 +71,7 @@ class RosNode:
     start: tuple[Value, ...]
     is_insecure: bool = False
     services: tuple[RosService, ...] = ()
-    """Of answered events; by rclpy, as `lifecycle`."""
+    """Services of events with a result; by rclpy, as `lifecycle`."""
     lifecycle: Mapping[str, int] = field(default_factory=dict)
     """By transition of a node's life, the number of the event that it posts."""
 
@@ -83,7 +84,7 @@ class RosNode:
 
     @property
     def needs_rclpy(self) -> bool:
-        """Whether there is more than topics."""
+        """Whether it has more than topics."""
         return bool(self.services or self.lifecycle)
 
     @property
@@ -94,7 +95,7 @@ class RosNode:
 
 @dataclass(frozen=True, slots=True)
 class RosNet:
-    """The topics of frames: ``<namespace>/<node>/frames``, "" for a foreign node, by its place."""
+    """The topics of frames: ``<namespace>/<node>/frames``, "" for a foreign node, by index."""
 
     domain: int
     namespace: str
@@ -118,12 +119,12 @@ def frame_topics(map_: EventMap, namespace: str | None) -> tuple[str, ...]:
 
 
 def is_topic(text: Text, what: str, findings: Findings) -> bool:
-    """Return whether a text is a name of a topic or of a namespace; report one that is not."""
+    """Return whether a string is a valid topic or namespace; otherwise report it."""
     is_one = len(text.value) <= MOST_TOPIC and TOPIC.fullmatch(text.value) is not None
     if not is_one:
         findings.add(
             "unexpected-value",
-            f"`{text}` is no {what} of ROS",
+            f"`{text}` is not a {what} of ROS",
             text,
             help="use names of letters, digits and single `_`, with `/` between them, of at most "
             f"{MOST_TOPIC} characters",

@@ -1,4 +1,4 @@
-"""A foreign node of ROS 2, by topics of DDS as ROS names them."""
+"""A foreign node of ROS 2, by topics of DDS with the names of ROS."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from fsmkit.carriers.ros.domain import Joined, matched
+from fsmkit.carriers.ros.domain import Participant, matched_ends
 from fsmkit.carriers.ros.messages import COUNTERS, DURATION, STRING, lower
 from fsmkit.carriers.ros.structs import duration_of, message_of, struct_of, ticks_of, zeros_of
 from fsmkit.carriers.ros.topics import RosNode, RosPart, RosTopic, RosWire
@@ -25,14 +25,14 @@ from fsmkit.runtime.links.receiving import WORD
 from fsmkit.system.deployment.event_map import LEVELS
 
 UNREADABLE = (DDSException, struct.error, ValueError, TypeError, IndexError, AttributeError)
-"""What Cyclone DDS raises for a sample of another shape than its type has."""
+"""Exceptions of Cyclone DDS for a sample that does not match its type."""
 MOST_WRITERS = 32
 """Programs of which a topic is remembered, to distinguish a new one."""
 
 
 @dataclass(slots=True)
 class RosCounters:
-    """What is counted of the topics."""
+    """Counters of the topics."""
 
     received: int = 0
     """Messages that came."""
@@ -48,7 +48,7 @@ class RosCounters:
 
 @dataclass(slots=True)
 class _Sent:
-    """A topic that is published. ``waiting``: what DDS has not taken yet."""
+    """A published topic. ``waiting``: messages that DDS has not accepted yet."""
 
     topic: RosTopic
     writer: Any
@@ -60,7 +60,7 @@ class _Sent:
 
 @dataclass(slots=True)
 class _Read:
-    """A topic that is subscribed to. ``writers``: programs, with their session and next number."""
+    """A subscribed topic. ``writers``: programs, with their session and next number."""
 
     topic: RosTopic
     wires: list[RosWire]
@@ -70,10 +70,11 @@ class _Read:
 
 
 class RosTranslator:
-    """Joins a link with a foreign node. Messages are read when a cycle of the link begins.
+    """Connects a link with a foreign node. Messages are read when a cycle of the link starts.
 
-    Of events no more are read than the ring of the link has room for; the others stay with DDS,
-    which lets their publishers wait. What DDS does not take at once is sent with the next frames.
+    No more events are read than the ring of the link has space for. The others stay with DDS, which
+    lets their publishers wait. Messages that DDS does not accept at once are sent with the next
+    frames.
     """
 
     def __init__(self, link: Link, node: int, ros: RosNode) -> None:
@@ -87,7 +88,7 @@ class RosTranslator:
         self._programs: dict[int, str] = {}
         self._ready: deque[tuple[_Read, Any]] = deque()
         self._turn = threading.Lock()
-        self._joined = Joined(ros.domain, is_insecure=ros.is_insecure)
+        self._joined = Participant(ros.domain, is_insecure=ros.is_insecure)
         self._sent: dict[str, _Sent] = {}
         self._read: dict[str, _Read] = {}
         self._outgoing: dict[int, list[tuple[RosWire, _Sent]]] = {}
@@ -125,19 +126,23 @@ class RosTranslator:
 
     @property
     def unheard(self) -> tuple[str, ...]:
-        """The topics that are published and have no subscriber now; events on them are lost."""
+        """The published topics without a subscriber now; events on them are lost."""
         found = list(self._sent.items())
-        return tuple(n for n, sent in found if not matched(sent.writer.get_matched_subscriptions))
+        return tuple(
+            n for n, sent in found if not matched_ends(sent.writer.get_matched_subscriptions)
+        )
 
     @property
     def unserved(self) -> tuple[str, ...]:
-        """The topics that are subscribed to and have no publisher now, as far as this node knows.
+        """The subscribed topics without a publisher now, as far as this node knows.
 
-        A publisher may know of this node before this node knows of it; an event that is published
-        in between is lost.
+        A publisher may discover this node before this node discovers it; an event published in
+        between is lost.
         """
         found = list(self._read.items())
-        return tuple(n for n, read in found if not matched(read.reader.get_matched_publications))
+        return tuple(
+            n for n, read in found if not matched_ends(read.reader.get_matched_publications)
+        )
 
     def take(self, frame: Frame) -> None:
         """Publish an event of a frame; of levels those that changed, or are for sensors."""
@@ -198,9 +203,9 @@ class RosTranslator:
             self.counters.sent += 1
 
     def show(self, states: Mapping[str, str]) -> None:
-        """Publish the active states of machines, by their names, as text; only what changed.
+        """Publish the names of the active states of machines, if they changed.
 
-        The topic is ``<namespace>/<machine>/state``; a late subscriber has the last of each.
+        The topic is ``<namespace>/<machine>/state``; a late subscriber receives the last of each.
         """
         with self._turn:
             for machine, text in states.items():
@@ -217,14 +222,14 @@ class RosTranslator:
     # --- from the topics -----------------------------------------------------------------------
 
     def poll(self) -> None:
-        """Hand over what has come."""
+        """Deliver received messages."""
         found = [
             each
             for read in self._read.values()
             if not read.topic.is_event or not self._ready
             for each in self._samples(read)
         ]
-        # by the times of their publishers, as DDS keeps the order within a topic only
+        # by the times of their publishers, as DDS keeps the order only within a topic
         found.sort(key=lambda each: each[0])
         for _, read, sample in found:
             if read.topic.is_event:
@@ -240,7 +245,7 @@ class RosTranslator:
             try:
                 samples = read.reader.take(1)
             except UNREADABLE:
-                self._refuse()
+                self._reject()
                 continue
             if not samples:
                 return
@@ -264,12 +269,12 @@ class RosTranslator:
                 else:
                     self._arrive(wire.number, values)
             except (struct.error, OverflowError):  # no value of any type of this size
-                self._refuse()
+                self._reject()
 
     def _is_next(self, read: _Read, sample: Any) -> bool:
-        """Whether a message comes in order; count what is between, begin a session for a new one.
+        """Whether a message is in order; count gaps, start a session for a new program.
 
-        A program that follows another on a topic is a restart, and one with another session.
+        A program that follows another on a topic is a restart, and so is one with another session.
         """
         program = self._program(read, sample)
         is_counted = read.topic.type.is_counted and sample.session != 0
@@ -277,9 +282,9 @@ class RosTranslator:
         known = read.writers.get(program)
         if known is None:
             if read.writers:
-                self._begin(program)
+                self._start_session(program)
         elif known[0] != session:
-            self._begin(f"{program} {session}")
+            self._start_session(f"{program} {session}")
         elif is_counted:
             gap = (number - known[1]) % WORD
             if gap >= WORD // 2:
@@ -292,7 +297,7 @@ class RosTranslator:
         return True
 
     def _program(self, read: _Read, sample: Any) -> str:
-        """Return who has published a sample: a participant, or if it has gone already, a writer."""
+        """Return the publisher of a sample: a participant, or if it is gone already, a writer."""
         handle = sample.sample_info.publication_handle
         if handle not in self._programs:
             try:
@@ -306,8 +311,8 @@ class RosTranslator:
             self._programs[handle] = str(found.participant_key)
         return self._programs[handle]
 
-    def _begin(self, run: str) -> None:
-        """Begin a session for another run of the foreign node, once for all its topics."""
+    def _start_session(self, run: str) -> None:
+        """Start a session for another run of the foreign node, once for all its topics."""
         if run in self._replaced:
             return
         self._replaced[run] = None
@@ -323,7 +328,7 @@ class RosTranslator:
         else:
             self.counters.refused += 1
 
-    def _refuse(self) -> None:
+    def _reject(self) -> None:
         self.counters.refused += 1
         self._link.receiver.arrive(self.node, b"")  # counts as malformed
 
@@ -343,7 +348,7 @@ def _limit(table: OrderedDict[str, Any]) -> None:
 def _qos(topic: RosTopic, slots: int) -> Qos:
     """Return the QoS of a topic; ``slots``: the events that its reader or its writer keeps.
 
-    A writer keeps all events until its subscribers have them, and takes no more meanwhile.
+    A writer keeps all events until its subscribers have them, and accepts no more meanwhile.
     """
     reliable = Policy.Reliability.Reliable(max_blocking_time=0)
     parts = [

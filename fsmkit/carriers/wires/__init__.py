@@ -1,1 +1,1 @@
-"""Wires of a board: `board_a.io.yaml` says what they are, and what they mean to its machines."""
+"""Wires of a board: `board_a.io.yaml` declares them, and their meaning to its machines."""

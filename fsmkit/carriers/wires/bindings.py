@@ -1,4 +1,4 @@
-"""Reads what the signals of a board are to its machines: inputs, events, operations, outputs."""
+"""Read the bindings of a board's signals to its machines: inputs, events, operations, outputs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ EXAMPLE = "write `{rising: signal}`, `{falling: signal}`, `{changed: signal}` or
 
 @dataclass(frozen=True)
 class Needs:
-    """What of a machine nothing else serves. ``fed``: events that other machines send."""
+    """The unconnected ports of a machine. ``fed``: events that other machines send."""
 
     inputs: frozenset[int]
     events: frozenset[int]
@@ -52,7 +52,7 @@ class Needs:
 
 
 def needs_of(deployment: Deployment, machine: int) -> Needs:
-    """Return what a board has to do for a machine."""
+    """Return the ports of a machine that a board must bind."""
     whole, placed = deployment.system, deployment.placed
     chart = whole.machines[machine].chart
     driven = {
@@ -93,7 +93,7 @@ class BindingReader:
 
     @property
     def findings(self) -> Findings:
-        """What is wrong."""
+        """The findings so far."""
         return self.reader.findings
 
     @property
@@ -109,7 +109,7 @@ class BindingReader:
     # --- who drives an output ---------------------------------------------------------------------
 
     def drives(self, number: int, driver: object, at: Span) -> bool:
-        """Note who drives an output or a flag; False after a finding."""
+        """Record the driver of an output or a flag; False after a finding."""
         signal = self.signals[number]
         if signal.is_input:
             self.findings.add(
@@ -124,10 +124,10 @@ class BindingReader:
         if first != driver or signal.is_of_host:
             self.findings.add(
                 "wire-used-twice",
-                f"`{signal.name}` has two masters",
+                f"`{signal.name}` has two drivers",
                 at,
                 secondary=[(place, "here")] if first != driver else [],
-                help="let one of them drive it, or join both in one expression under `set`",
+                help="let one of them drive it, or combine both in one expression under `set`",
             )
             return False
         return True
@@ -190,13 +190,13 @@ class BindingReader:
                     f"nothing binds {', '.join(f'`{each}`' for each in names)} of `{name}`: they "
                     f"{why}",
                     at,
-                    help="bind them; `nothing` says that it is meant, `host` that the program of "
+                    help="bind them; write `nothing` if intended, or `host` if the program of "
                     "the board does it",
                     severity=severity,
                 )
 
     def _binding(self, machine: int, key: Text, node: Node, needs: Needs) -> tuple[str, int]:
-        """Read a line; return the kind and the number of what it binds."""
+        """Read a line; return the kind and the number of the bound port."""
         chart = self.deployment.system.machines[machine].chart
         match = EVENT.fullmatch(key.value)
         name = "" if match is None else match[1]
@@ -225,7 +225,7 @@ class BindingReader:
                     self._event(machine, event, match, key, each)
                 return "event", event
             if Direction.OUT in directions and match[2] is None:
-                is_sent = event in sent_events(chart)  # else C has no function for it
+                is_sent = event in sent_events(chart)  # otherwise C has no function for it
                 if is_sent and self._is_free(event in needs.ports, key):
                     self._port(machine, event, key, node)
                 return "port", event
@@ -239,7 +239,7 @@ class BindingReader:
         return "", 0
 
     def _is_free(self, is_needed: bool, key: Text) -> bool:
-        """Report a binding of what a connection serves."""
+        """Report a binding of a connected port."""
         if not is_needed:
             self.findings.add(
                 "wire-used-twice",
@@ -313,7 +313,7 @@ class BindingReader:
     def _watched(
         self, node: Entries, parts: Mapping[str, Node], key: Text, condition: Formula | None
     ) -> tuple[Edge, Bit] | None:
-        """Return what is watched, and for which edge."""
+        """Return the watched value, and its edge."""
         given = [name for name in EDGES if name in parts]
         if given:
             check_keys(node, wire_keys.TRIGGERS, f"`{key}`", self.findings)
@@ -386,7 +386,7 @@ class BindingReader:
         values = tuple(value for value in found if value is not None)
         return values if len(values) == len(found) else None
 
-    # --- what leaves ------------------------------------------------------------------------------
+    # --- outgoing events and operations ----------------------------------------------------------
 
     def _port(self, machine: int, port: int, key: Text, node: Node) -> None:
         word = self._word(node)
@@ -487,7 +487,7 @@ class BindingReader:
             return None
         return BoundPort(machine, port, ((number, formula),))
 
-    # --- what follows from others -----------------------------------------------------------------
+    # --- derived signals -------------------------------------------------------------------------
 
     def follow(self, node: Node | None) -> None:
         """Read ``set``."""
@@ -511,7 +511,7 @@ class BindingReader:
                 self.following.append(BoundSignal(number, origin))
 
     def devices(self, devices: tuple[Device, ...]) -> None:
-        """Note what devices read and write."""
+        """Record the signals that devices read and write."""
         for number, device in enumerate(devices):
             self.reader.read |= set(device.reads)
             for signal in device.writes:

@@ -1,4 +1,4 @@
-"""A board as its file has it: wires and flags, devices, and what joins them to the machines.
+"""A board: wires and flags, devices, and their bindings to the machines.
 
 Numbers of machines are those of the whole system of the deployment, numbers of signals those of
 `Board.signals`. All times are in cycles of the board.
@@ -21,7 +21,7 @@ WIRES = "wires"
 
 
 class Kind(Enum):
-    """The kinds of signals, as they are written."""
+    """The kinds of signals, as written in files."""
 
     DIGITAL_IN = "digital_in"
     COUNTER = "counter"
@@ -39,7 +39,7 @@ OUTPUTS = (Kind.DIGITAL_OUT, Kind.PWM, Kind.NUMBER_OUT)
 
 @dataclass(frozen=True, slots=True)
 class Register:
-    """Where a wire lies in a window of registers: ``bits`` of ``access`` from ``shift`` on.
+    """The location of a wire in a window of registers: ``bits`` of ``access`` from ``shift`` on.
 
     ``offset``: in bytes, a multiple of the access. ``is_signed``: in two's complement there.
     """
@@ -58,18 +58,18 @@ class Signal:
     name: str
     kind: Kind
     type: BoolType | IntType
-    """Of what it means: bits and flags are `bool`."""
+    """The type of its meaning: bits and flags are `bool`."""
     number: int = 0
-    """Of the wire among those of its kind."""
+    """The number of the wire among those of its kind."""
     is_low: bool = False
     """A bit: low voltage means true."""
     debounce: int = 1
     """A bit: so many readings in a row change it."""
     bits: int = 32
-    """Of a counter, after which it is 0 again, or of a converter."""
+    """The bits of a counter, after which it is 0 again, or of a converter."""
     is_signed: bool = False
     points: tuple[tuple[int, int], ...] = ()
-    """Of a converter: raw values, ascending, and what they mean; straight lines between them."""
+    """For a converter: ascending raw values, and their meaning; straight lines between them."""
     lowpass: int = 0
     """The time constant of the filter of a converter; 0: none."""
     valid: tuple[int, int] = (0, 0)
@@ -113,7 +113,7 @@ class Device:
         guard(self, "name", "type", "header", "notices")
 
 
-# --- where values come from ----------------------------------------------------------------------
+# --- sources of values ---------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ class Wire:
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """A name in an expression: what a device noticed in this cycle; ``bit``: of its notices."""
+    """A name in an expression: an event that a device reported in this cycle; ``bit``: its bit."""
 
     device: int
     bit: int
@@ -133,7 +133,7 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A name in an expression: a value that leaves a machine; ``place``: among its fields."""
+    """A name in an expression: a field of an outgoing event; ``place``: its index."""
 
     place: int
 
@@ -143,7 +143,7 @@ Meaning = Atom | Wire | Notice | Parameter
 
 @dataclass(frozen=True)
 class Formula:
-    """An expression, and what its variables are."""
+    """An expression, and the meaning of its variables."""
 
     expression: Expr
     meanings: Mapping[str, Meaning]
@@ -168,7 +168,7 @@ class Invalid:
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """What a function of a device returns."""
+    """The result of a function of a device."""
 
     device: int
     function: str
@@ -195,7 +195,7 @@ Origin = Bit | Cases
 
 @dataclass(frozen=True, slots=True)
 class BoundInput:
-    """An input of a machine and where its value comes from."""
+    """An input of a machine and the source of its value."""
 
     machine: int
     input: int
@@ -203,17 +203,17 @@ class BoundInput:
 
 
 class Edge(Enum):
-    """When an event is posted, by what is watched."""
+    """The condition on a watched value under which an event is posted."""
 
-    RISING = "begins to hold"
-    FALLING = "ends"
-    CHANGED = "becomes another"
-    ALWAYS = "holds: in each cycle"
+    RISING = "becomes true"
+    FALLING = "becomes false"
+    CHANGED = "changes"
+    ALWAYS = "is true, in each cycle"
 
 
 @dataclass(frozen=True, slots=True)
 class BoundEvent:
-    """An event of a machine and when it is posted: on an edge of ``watched``, if ``condition``."""
+    """An event of a machine, posted on an edge of ``watched``, if ``condition`` holds."""
 
     machine: int
     event: int
@@ -221,24 +221,24 @@ class BoundEvent:
     watched: Bit
     condition: Formula | None
     values: tuple[Formula, ...]
-    """Of the fields."""
+    """The values of the fields."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoundPort:
-    """What an operation, or an event that leaves a machine, does here; perhaps nothing."""
+    """The effect of an operation, or of an outgoing event, on the board; it may be empty."""
 
     machine: int
     port: int
     sets: tuple[tuple[int, Formula], ...] = ()
     call: Query | None = None
     result: Formula | None = None
-    """What the operation returns; else it is what ``call`` returns."""
+    """The result of the operation; by default that of ``call``."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoundSignal:
-    """A flag or an output that follows from others; flags first in a cycle, outputs last."""
+    """A derived flag or output; flags first in a cycle, outputs last."""
 
     signal: int
     origin: Bit
@@ -270,5 +270,5 @@ class Board:
 
 
 def type_name(type_: Type) -> str:
-    """Return a type as findings have it: a range, not the machine integer of that range."""
+    """Return a type for findings: a range, not the machine integer of that range."""
     return f"{type_.lo}..{type_.hi}" if isinstance(type_, IntType) else str(type_)

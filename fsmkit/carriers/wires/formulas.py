@@ -75,9 +75,9 @@ class FormulaReader:
     findings: Findings
     read: set[int] = field(default_factory=set)
     chart: Chart | None = None
-    """Of the machine whose bindings are read: its constants and types are meant."""
+    """The machine whose bindings are read: its constants and types are visible."""
     parameters: tuple[Field, ...] = ()
-    """Of the operation, or the event that leaves, whose binding is read."""
+    """The operation, or the outgoing event, whose binding is read."""
 
     # --- names ------------------------------------------------------------------------------------
 

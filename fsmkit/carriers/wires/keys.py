@@ -8,7 +8,7 @@ WIRES = {
     "digital_in": named(
         digital_in="its number",
         active="high or low; high unless it says so",
-        debounce="how long a level stays before it counts",
+        debounce="the debounce time",
         host="true: the program of the board reads it, too",
     ),
     "counter": named(
@@ -54,7 +54,7 @@ WIRES = {
 }
 """The options of a signal, by the kind of it."""
 REGISTER = named(
-    at="bytes from the beginning of the window",
+    at="bytes from the start of the window",
     access="8, 16 or 32: bits of the register; 32 unless it says so",
     shift="of its lowest bit in the register; 0 unless it says so",
     bits="how many bits it has there",
@@ -66,7 +66,7 @@ DEVICE = named(
     writes="the signals that `type_act` writes",
     notices="what `type_sense` returns, as bits `TYPE_NAME`",
 )
-OFF = named(when="the condition", keep="outputs that keep what they have then")
+OFF = named(when="the condition", keep="outputs that keep their values then")
 SOURCES = {
     "of": named(of="the signal", above="true beyond it", below="false under it"),
     "invalid": named(invalid="the signal", for_="for so long"),
@@ -76,8 +76,8 @@ SOURCES = {
 }
 """Where the value of an input comes from, where it is no expression; by its first key."""
 TRIGGERS = named(
-    rising="a condition that begins to hold",
-    falling="a condition that ends",
+    rising="a condition that becomes true",
+    falling="a condition that becomes false",
     changed="a signal that becomes another",
     while_="a condition under which it is posted; alone: in each cycle",
 )
@@ -90,10 +90,10 @@ BOARD = {
         period="the time from one cycle to the next",
         signals="its wires, and flags",
     ),
-    "use": Key("use", "what moves axes and the like, written in C", Form.RECORDS, rows=DEVICE),
+    "use": Key("use", "devices such as axis drives, written in C", Form.RECORDS, rows=DEVICE),
     **named(
-        bind="what signals are to the machines of the node",
-        set="flags and outputs that follow from others",
+        bind="the bindings of signals to the machines of the node",
+        set="flags and outputs derived from others",
     ),
-    "off": Key("off", "when outputs are at what is safe", Form.RECORD, rows=OFF),
+    "off": Key("off", "the condition for safe outputs", Form.RECORD, rows=OFF),
 }

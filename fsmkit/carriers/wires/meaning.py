@@ -1,4 +1,4 @@
-"""What raw values of wires mean, and what a word or a number is as a raw value."""
+"""Convert raw values of wires to their meaning, and words and numbers to raw values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fsmkit.language import BoolType
 
 
 def meaning(signal: Signal, raw: int) -> str:
-    """Return what a raw value means, before any filter; "" where it is not valid."""
+    """Return the meaning of a raw value, before any filter; "" if it is invalid."""
     if isinstance(signal.type, BoolType):
         return "on" if bool(raw) != signal.is_low else "off"
     if signal.kind in (Kind.ANALOG_IN, Kind.NUMBER_IN):
@@ -19,9 +19,9 @@ def meaning(signal: Signal, raw: int) -> str:
 
 
 def raw_of(signal: Signal, text: str) -> int | None:
-    """Return the raw value of what a signal is to be: ``on``, ``off``, or a number of its range.
+    """Return the raw value for ``on``, ``off``, or a number in the range of a signal.
 
-    None where it is none. Of a converter the raw value itself is meant.
+    None for other texts. For a converter the text is the raw value itself.
     """
     if isinstance(signal.type, BoolType):
         found = WORDS.get(text, {"0": 0, "1": 1}.get(text))

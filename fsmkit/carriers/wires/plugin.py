@@ -1,4 +1,4 @@
-"""Boards whose file says what their wires mean to the machines of their node."""
+"""Boards whose file declares the meaning of their wires to the machines of their node."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class Wires:
         return board_of(root, folder, findings, replacing, strict=strict)
 
     def narrowed(self, system: System, boards: Iterable[Board]) -> System:
-        """Return a system whose free inputs and events come as the wires of boards let them."""
+        """Return a system whose free inputs and events are restricted by the wires of boards."""
         from fsmkit.carriers.wires.promises import with_wires
 
         return with_wires(system, boards)
 
     def figures(self, board: Board) -> dict[str, int]:
-        """Return how much of each kind a board has."""
+        """Return the number of elements of each kind on a board."""
         return {
             "signals": len(board.signals),
             "devices": len(board.devices),

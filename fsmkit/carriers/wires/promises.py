@@ -1,9 +1,9 @@
-"""How often wires change, at most: a proof of the machines behind them may rest on it.
+"""The maximum rate at which wires change: an assumption of proofs about the machines behind them.
 
 A board reads its wires once a period, so an input changes at most once in it; a debounced bit
-changes at most once in its debounce; a value has the range of its expression. Of an event that
-stands on an edge, two come as far apart as two such edges. An input that a board binds is free,
-also where the system does not list it under `may`.
+changes at most once in its debounce time; a value has the range of its expression. Two events on an
+edge are as far apart as two such edges. A bound input is free, also if the system does not list it
+under `may`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from fsmkit.system.system import System
 
 
 def with_wires(system: System, boards: Iterable[Board]) -> System:
-    """Return a system whose free inputs and events come as the wires of boards let them come.
+    """Return a system whose free inputs and events are restricted by the wires of boards.
 
-    An input that a board binds is free, unless a connection sets it.
+    A bound input is free, unless a connection sets it.
 
-    Raises `FsmkitError` (``unfit-wire``) where a board is of another system.
+    Raises `FsmkitError` (``unfit-wire``) if a board belongs to another system.
     """
     boards = tuple(boards)
     system = _with_bound(system, boards)
@@ -48,13 +48,13 @@ def with_wires(system: System, boards: Iterable[Board]) -> System:
     narrowed = replace(
         system,
         free_inputs=tuple(
-            _narrowed(system, free, *inputs.get((names[free.machine], free.input), (0, None)))
+            _narrow_input(system, free, *inputs.get((names[free.machine], free.input), (0, None)))
             if free.values
             else free
             for free in system.free_inputs
         ),
         possible=tuple(
-            _apart(system, each, events.get((names[each.machine], each.event), 0))
+            _minimum_separation(system, each, events.get((names[each.machine], each.event), 0))
             for each in system.possible
         ),
     )
@@ -62,9 +62,9 @@ def with_wires(system: System, boards: Iterable[Board]) -> System:
 
 
 def _with_bound(system: System, boards: Iterable[Board]) -> System:
-    """Return a system in which bound inputs are free, if nothing else sets them.
+    """Return a system in which bound inputs are free, unless a connection sets them.
 
-    What it assumes includes the bound events that never come in it.
+    Its assumptions include the bound events that never occur in it.
     """
     numbers = {machine.name: number for number, machine in enumerate(system.machines)}
     served = {(free.machine, free.input) for free in system.free_inputs if free.values}
@@ -118,8 +118,10 @@ def _require_machines(system: System, board: Board) -> None:
             )
 
 
-def _narrowed(system: System, free: FreeInput, period: int, range_: IntType | None) -> FreeInput:
-    """Return an input that changes so seldom, in microseconds, within a range."""
+def _narrow_input(
+    system: System, free: FreeInput, period: int, range_: IntType | None
+) -> FreeInput:
+    """Return an input with a minimum separation of changes, in microseconds, and a range."""
     values = tuple(
         value
         for value in free.values
@@ -128,25 +130,25 @@ def _narrowed(system: System, free: FreeInput, period: int, range_: IntType | No
     return replace(free, apart=_ticks(system, period), values=values or free.values)
 
 
-def _apart(system: System, possible: Possible, period: int) -> Possible:
+def _minimum_separation(system: System, possible: Possible, period: int) -> Possible:
     if possible.fair or possible.spontaneous:
         return possible
     return replace(possible, apart=_ticks(system, period))
 
 
 def _ticks(system: System, period: int) -> int:
-    """Return whole ticks, rounded down: to come sooner is the more cautious assumption."""
+    """Return whole ticks, rounded down: a shorter separation is the more cautious assumption."""
     return period // system.machines[0].chart.capacities.tick if system.machines else 0
 
 
 def _cycles(board: Board, origin: Origin) -> int:
-    """Return how many cycles lie between two changes of a value, at least."""
+    """Return the minimum number of cycles between two changes of a value."""
     wire = _wire(origin)
     return 1 if wire is None else max(1, board.signals[wire].debounce)
 
 
 def _cycles_of_event(board: Board, event: BoundEvent) -> int:
-    """Return how many cycles lie between two events, at least."""
+    """Return the minimum number of cycles between two events."""
     match event.edge:
         case Edge.RISING | Edge.FALLING:
             return 2 * _cycles(board, event.watched)
@@ -157,7 +159,7 @@ def _cycles_of_event(board: Board, event: BoundEvent) -> int:
 
 
 def _wire(origin: Origin) -> int | None:
-    """Return the debounced bit that a value is, or whose contrary it is; None for all else."""
+    """Return the debounced bit that a value is equal or opposite to; None for others."""
     if not isinstance(origin, Formula):
         return None
     expression = origin.expression
@@ -170,14 +172,14 @@ def _wire(origin: Origin) -> int | None:
 
 
 def _range(origin: Origin) -> IntType | None:
-    """Return the range of whole numbers that an origin can give."""
+    """Return the range of whole numbers of an origin."""
     if isinstance(origin, Formula) and isinstance(origin.expression.type, IntType):
         return origin.expression.type
     return None
 
 
 def _promises(system: System) -> Iterator[str]:
-    """Yield what the wires promise, in words."""
+    """Yield the assumptions about the wires, in words."""
     tick = system.machines[0].chart.capacities.tick if system.machines else 1000
     for free in system.free_inputs:
         machine = system.machines[free.machine]

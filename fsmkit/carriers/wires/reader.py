@@ -1,4 +1,4 @@
-"""Reads `board_a.io.yaml`: a board, its wires, and what they mean to the machines of its node."""
+"""Read `board_a.io.yaml`: a board, its wires, and their meaning to the machines of its node."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EXAMPLE = "write `board: a`, `deployment: deployment.yaml`, `period: 1ms`, `sign
 HEADER = re.compile(r"[A-Za-z0-9_./+-]+", re.ASCII)
 WORD = re.compile(r"[A-Za-z]\w*", re.ASCII)
 SERVED = ("unconnected-input", "unconnected-event")
-"""What a system lacks without the world around it: of a board ``unbound-wire`` has it better."""
+"""Findings about missing environments, for which a board has ``unbound-wire``."""
 MOST_NOTICES = 16
 """Bits that an ``unsigned`` has on every machine."""
 
@@ -42,7 +42,7 @@ def board_of(
 ) -> Board | None:
     """Read a board; paths in it are relative to ``folder``. Mind the findings.
 
-    ``replacing``, ``strict``: as of `fsmkit.system.any_file.read`.
+    ``replacing``, ``strict``: as for `fsmkit.system.any_file.read`.
     """
     parts = require_record(root, wire_keys.BOARD, "a board", findings, keys.BELONGS)
     if root is None or parts is None:
@@ -122,7 +122,9 @@ def _period(node: Node, findings: Findings) -> int | None:
     text = require_text(node, "`period`", findings)
     micros = None if text is None else read_duration(text, Scope(tick=1), findings)
     if micros == 0:
-        findings.add("broken-board", "a period is longer than 0", text, help="write `period: 1ms`")
+        findings.add(
+            "broken-board", "the period must be positive", text, help="write `period: 1ms`"
+        )
         return None
     return micros
 
@@ -159,9 +161,14 @@ def _devices(node: Node | None, reader: FormulaReader) -> list[Device]:
             )
             continue
         notices = tuple(texts_of(parts.get("notices"), "`notices`", "a notice", findings))
-        for text, pattern in ((name, WORD), (header, HEADER), (type_, WORD), *_each(notices)):
+        for text, pattern in (
+            (name, WORD),
+            (header, HEADER),
+            (type_, WORD),
+            *_each_notice(notices),
+        ):
             if not pattern.fullmatch(text.value):
-                findings.add("broken-board", f"`{text}` cannot stand in C here", text)
+                findings.add("broken-board", f"`{text}` is not an identifier of C", text)
         if len(notices) > MOST_NOTICES:
             findings.add("broken-board", f"a device has at most {MOST_NOTICES} notices", name)
         found.append(
@@ -178,7 +185,7 @@ def _devices(node: Node | None, reader: FormulaReader) -> list[Device]:
     return found
 
 
-def _each(notices: tuple[Text, ...]) -> list[tuple[Text, re.Pattern[str]]]:
+def _each_notice(notices: tuple[Text, ...]) -> list[tuple[Text, re.Pattern[str]]]:
     return [(notice, WORD) for notice in notices]
 
 
@@ -205,7 +212,7 @@ def _signals(
 
 
 def _off(node: Node | None, reader: FormulaReader) -> tuple[Formula | None, set[int]]:
-    """Return when outputs are safe, and those that keep what they have."""
+    """Return the condition for safe outputs, and the outputs that keep their values."""
     parts = require_record(node, wire_keys.OFF, "`off`", reader.findings)
     if not parts:
         return None, set()
@@ -223,7 +230,7 @@ def _off(node: Node | None, reader: FormulaReader) -> tuple[Formula | None, set[
 def _report_shared_charts(
     deployment: Deployment, node: int, name: Text, findings: Findings
 ) -> None:
-    """Report machines whose operations cannot be told apart, since they run the same C."""
+    """Report machines that run the same C, so that their operations share a function."""
     machines = deployment.system.machines
     own = [n for n, place in enumerate(deployment.placed) if place == node]
     begins = {

@@ -1,6 +1,6 @@
-"""A window of registers from the other side: what ``fsm_io_map`` in C reads and writes.
+"""A window of registers from the other side: the bytes that ``fsm_io_map`` reads and writes in C.
 
-``board_a_io.json`` describes the wires. The window is a file that is mapped, as in C.
+``board_a_io.json`` describes the wires. The window is a mapped file, as in C.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Self
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a wire lies: ``bits`` from ``shift`` on, of a register of ``access`` bits."""
+    """The location of a wire: ``bits`` from ``shift`` on, of a register of ``access`` bits."""
 
     offset: int
     access: int
@@ -24,11 +24,11 @@ class Place:
     bits: int
     is_signed: bool
     is_output: bool
-    """Of the board: it writes the register, others read it."""
+    """Whether the board writes the register, and others read it."""
 
 
 def places_of(description: Mapping[str, Any]) -> dict[str, Place]:
-    """Return the places of the wires of a ``board_a_io.json``; `ValueError` if some have none."""
+    """Return the locations of the wires of a ``board_a_io.json``. Raises `ValueError` without."""
     found = {}
     for signal in description["signals"]:
         if "register" not in signal:
@@ -48,10 +48,10 @@ class Registers:
     def __init__(
         self, path: Path, places: Mapping[str, Place], *, create: bool = False, start: int = 0
     ) -> None:
-        """Map the file; ``create``: make it, or make it anew, of zeros.
+        """Map the file; ``create``: create it, or overwrite it with zeros.
 
-        ``start``: where the window begins in it, a multiple of the size of a page. Raises
-        `OSError`, `ValueError` or `OverflowError` where it cannot be mapped, or is too short.
+        ``start``: the offset of the window in it, a multiple of the page size. Raises `OSError`,
+        `ValueError` or `OverflowError` if it cannot be mapped, or is too short.
         """
         size = size_of(places.values())
         self.places = places
@@ -74,11 +74,11 @@ class Registers:
         self.close()
 
     def close(self) -> None:
-        """Close the window; nothing else can be done with it then."""
+        """Close the window; no other call is possible then."""
         self._window.close()
 
     def get(self, name: str) -> int:
-        """Return the raw value of a wire; `KeyError` if there is none of this name."""
+        """Return the raw value of a wire. Raises `KeyError` for an unknown name."""
         place = self.places[name]
         bits = (self._word(place) >> place.shift) & ((1 << place.bits) - 1)
         is_negative = place.is_signed and bits >= 1 << (place.bits - 1)
@@ -86,7 +86,7 @@ class Registers:
         return found - 2**32 if found > 2**31 - 1 else found
 
     def set(self, name: str, value: int) -> None:
-        """Set the raw value of a wire; bits beyond those that it has are lost."""
+        """Set the raw value of a wire, without bits beyond its own ones."""
         place = self.places[name]
         mask = (1 << place.bits) - 1
         word = self._word(place) & ~(mask << place.shift)

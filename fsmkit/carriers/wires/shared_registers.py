@@ -1,4 +1,4 @@
-"""Wires in a window of registers: no two have a bit in common, and each register is of one kind."""
+"""Check wires in a window of registers: they are disjoint, and each register is of one kind."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from fsmkit.diagnostics import Findings
 
 
 def report_shared_registers(signals: tuple[Signal, ...], findings: Findings) -> bool:
-    """Report the first that is wrong with registers; whether there is any."""
+    """Report the first error in registers; return whether there is any."""
     wires = [signal for signal in signals if signal.kind is not Kind.FLAG]
     with_one = [signal for signal in wires if signal.register is not None]
     if with_one and len(with_one) < len(wires):

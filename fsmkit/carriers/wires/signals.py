@@ -1,4 +1,4 @@
-"""Reads the signals of a board: kinds of wires, and what each of them is."""
+"""Read the signals of a board: kinds of wires, and their options."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def read_signals(node: Node | None, period: int, findings: Findings) -> tuple[Si
 
 
 def _report_shared_wires(signals: tuple[Signal, ...], findings: Findings) -> bool:
-    """Report signals on one wire; whether there are any."""
+    """Report signals on one wire; return whether there are any."""
     are_there = report_shared_registers(signals, findings)
     taken: dict[tuple[Kind, int], Signal] = {}
     for signal in signals:
@@ -73,7 +73,7 @@ def _signal(name: Text, node: Node, period: int, findings: Findings) -> Signal |
     if len(parts) > 2 or not all(part.isascii() and part.isidentifier() for part in parts):
         findings.add(
             "broken-board",
-            f"`{name}` is no name for a signal",
+            f"`{name}` is not a valid signal name",
             name,
             help="write `lamp` or `feeder.encoder`: letters, digits and `_`, at most one dot",
         )
@@ -103,7 +103,7 @@ def _signal(name: Text, node: Node, period: int, findings: Findings) -> Signal |
 
 @dataclass(slots=True)
 class _Options:
-    """What is written of a signal."""
+    """The options of a signal in the file."""
 
     name: Text
     options: dict[str, Node]
@@ -179,7 +179,7 @@ class _Options:
         )
 
     def _scale(self, lo: int, hi: int) -> tuple[tuple[int, int], ...]:
-        """Return the points of the scale; without one a raw value means itself."""
+        """Return the points of the scale; without one a raw value is its own meaning."""
         if "scale" not in self.options:
             return ((lo, lo), (hi, hi))
         found: list[tuple[int, int]] = []
@@ -192,7 +192,7 @@ class _Options:
             if not lo <= raw <= hi or not LEAST <= meant <= GREATEST:
                 self._report(f"`{key}` of the scale is not within {lo}..{hi}", "correct it", key)
             elif found and raw <= found[-1][0]:
-                self._report("the raw values of a scale ascend", "put them in order", key)
+                self._report("the raw values of a scale must ascend", "put them in order", key)
             else:
                 found.append((raw, meant))
         if len(found) < 2:
@@ -221,7 +221,7 @@ class _Options:
         is_signed = signal.is_signed if signal.kind is Kind.ANALOG_IN else lo < 0
         is_signed = is_signed and signal.kind is not Kind.COUNTER
         if "at" not in parts.options:
-            self._report(f"the register of `{self.name}` is nowhere", "write `register: 0x10`")
+            self._report(f"the register of `{self.name}` has no address", "write `register: 0x10`")
         elif access not in (8, 16, 32) or offset % (access // 8):
             self._report(
                 f"`{self.name}` is not at a multiple of its access of 8, 16 or 32 bits", "move it"
@@ -241,11 +241,11 @@ class _Options:
         return bool(self.word("active", {"high": 0, "low": 1}, 0))
 
     def text(self, key: str) -> Text | None:
-        """Return what is written for a key."""
+        """Return the text of a key."""
         return require_text(self.options.get(key), f"`{key}`", self.findings)
 
     def word(self, key: str, words: dict[str, int], otherwise: int) -> int:
-        """Return what one of some words stands for."""
+        """Return the meaning of one of some words."""
         text = self.text(key)
         if text is None:
             return otherwise
@@ -275,7 +275,7 @@ class _Options:
             return otherwise
         dots = text.value.find("..")
         if dots < 0:
-            self._report(f"`{text}` is no range", "write `least..greatest`", text)
+            self._report(f"`{text}` is not a range", "write `least..greatest`", text)
             return otherwise
         lo = integer(text.part(0, dots), self.findings)
         hi = integer(text.part(dots + 2, len(text.value)), self.findings)
@@ -284,14 +284,14 @@ class _Options:
         if not within[0] <= lo <= hi <= within[1]:
             self._report(
                 f"`{key}` of `{self.name}` is a range within {within[0]}..{within[1]}",
-                "write the least value first",
+                "write the minimum first",
                 text,
             )
             return otherwise
         return lo, hi
 
     def cycles(self, key: str, most: int) -> int:
-        """Return a duration in cycles, rounded up; 0 where there is none."""
+        """Return a duration in cycles, rounded up; 0 without one."""
         text = self.text(key)
         micros = None if text is None else read_duration(text, Scope(tick=1), self.findings)
         if micros is None:

@@ -1,9 +1,9 @@
-"""Connections to the endpoint of a node: how many there are, for how long, and how much they say.
+"""Limit the connections to the endpoint of a node: their number, their duration, their traffic.
 
 ZeroMQ limits neither connections nor the parts of one message, which it keeps until the last has
-come. So the gate keeps a second handle of each connection and ends those that go too far: strangers
-beyond the seats, strangers that have not said a valid hello in time, and whoever sends more than
-hellos take. The same as ``fsm_link_gate.c``.
+arrived. So the gate keeps a second handle of each connection and ends those that exceed a limit:
+strangers beyond the seats, strangers without a valid hello in time, and senders of more than hellos
+need. The same as ``fsm_link_gate.c``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SEATS = 32
 STRANGER = 2.0
 """Seconds until a connection must have said a valid hello."""
 BYTES = 1 << 14
-"""What a connection may send at once, and again each second; hellos take half of it at most."""
+"""Bytes that a connection may send at once, and again each second; hellos need at most half."""
 EVENT = struct.Struct("=HI")
 """A monitor's message: the event and its value, here a file descriptor."""
 BYTES_RECEIVED = 128
@@ -50,14 +50,14 @@ class Gate:
         self._place: object = None
         self._seats: dict[int, _Seat] = {}
         self._monitor = context.socket(zmq.PAIR)
-        self._monitor.setsockopt(zmq.RCVHWM, 0)  # whoever reports must never wait for us
+        self._monitor.setsockopt(zmq.RCVHWM, 0)  # the reporter must never wait for us
         self._monitor.setsockopt(zmq.LINGER, 0)
         where = f"inproc://fsm-link-gate-{id(self)}"
         door.monitor(where, zmq.EVENT_LISTENING | zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
         self._monitor.connect(where)
 
     def look(self, now: float) -> None:
-        """See who came and who went, and put out those who went too far."""
+        """Process arrivals and departures, and end connections that exceed a limit."""
         if now - self._looked < APART:
             return
         self._looked = now
@@ -79,7 +79,7 @@ class Gate:
                 self._put_out(number)
 
     def know(self, number: int, node: int) -> None:
-        """Take a connection, by its descriptor, for a node's; its former one is nobody's."""
+        """Assign a connection, by its descriptor, to a node; its former one belongs to nobody."""
         for seat in self._seats.values():
             if seat.node == node:
                 seat.node = None
@@ -87,7 +87,7 @@ class Gate:
             self._seats[number].node = node
 
     def close(self) -> None:
-        """Watch no more."""
+        """Stop watching."""
         with suppress(zmq.ZMQError):
             self._door.disable_monitor()
         self._monitor.close()
@@ -98,7 +98,7 @@ class Gate:
         handle = _handle(number)
         if handle is None:
             return
-        if _place(handle) != self._place:  # it has gone, and its number is another's
+        if _place(handle) != self._place:  # it is gone, and its number may belong to another
             handle.close()
             return
         self._seats[number] = _Seat(handle, now)
@@ -118,7 +118,7 @@ class Gate:
 
 
 def _handle(number: int) -> socket.socket | None:
-    """Return a handle of our own of a socket; None where the number is no socket's any more."""
+    """Return a handle of our own of a socket; None if the descriptor is no socket any more."""
     try:
         own = os.dup(number)
     except OSError:
@@ -131,7 +131,7 @@ def _handle(number: int) -> socket.socket | None:
 
 
 def _place(handle: socket.socket) -> object:
-    """Return what a socket that listens and those that it accepted have in common."""
+    """Return the common identity of a listening socket and of those that it accepted."""
     with suppress(OSError):
         name = handle.getsockname()
         return name[1] if handle.family in (socket.AF_INET, socket.AF_INET6) else name
@@ -139,7 +139,7 @@ def _place(handle: socket.socket) -> object:
 
 
 def _received(handle: socket.socket) -> int:
-    """Return the bytes that came by a connection; 0 where the system does not count them."""
+    """Return the bytes received on a connection; 0 if the system does not count them."""
     if handle.family in (socket.AF_INET, socket.AF_INET6) and hasattr(socket, "TCP_INFO"):
         with suppress(OSError):
             found = handle.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, BYTES_RECEIVED + 8)

@@ -1,10 +1,10 @@
-"""Who listens: each node shows every other that it is the one at its own endpoint.
+"""Introductions: each node proves to every other that it is the one at its own endpoint.
 
-A node sends each peer a *hello* over the connection that it made to the endpoint of this peer, and
-in it a token, a random number that it sends nowhere else. Only whoever is at that endpoint can send
-the token back, in a hello of its own; then the connection that brought it is the peer's. So nobody
-can listen in the name of a node without being at its endpoint, or on the way to it. With keys a
-hello counts only for the node whose key was shown.
+A node sends each peer a *hello* over its connection to the endpoint of this peer. The hello
+contains a token, a random number that it sends nowhere else. Only the program at that endpoint can
+return the token, in a hello of its own; then the connection that carried it belongs to the peer. So
+nobody can listen in the name of a node without being at its endpoint, or on the route to it. With
+keys a hello counts only for the node whose key was shown.
 
 The same bytes as in ``fsm_link_hello.c``; docs/reference/links.md describes them.
 """
@@ -18,7 +18,7 @@ from dataclasses import dataclass
 HELLO = struct.Struct("<BBIQQ")
 """A mark, the sender, its session, its token for the receiver, the receiver's as received."""
 MARK = 0x3F
-"""No frame begins with it."""
+"""No frame starts with it."""
 ROUTE = 5
 """Bytes of the route that ZeroMQ gives a connection that names none of its own."""
 GONE = 2.0
@@ -27,7 +27,7 @@ GONE = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Listener:
-    """A peer that listens: the way to it, its session, and when it said hello last."""
+    """A listening peer: its route, its session, and the time of its last hello."""
 
     route: bytes
     session: int
@@ -35,7 +35,7 @@ class Listener:
 
 
 class Introductions:
-    """What a node says in its hellos, and what it learnt from those of others. Bounded by nodes."""
+    """The hellos of a node, and its knowledge from those of others. Bounded by nodes."""
 
     def __init__(self, node: int, nodes: int, session: int) -> None:
         self.node = node
@@ -46,13 +46,13 @@ class Introductions:
         """The tokens of peers; 0: none yet."""
 
     def hello(self, peer: int) -> bytes:
-        """Return what to say to a peer."""
+        """Return the hello for a peer."""
         return HELLO.pack(MARK, self.node, self.session, self.tokens[peer], self.heard[peer])
 
-    def hear(self, content: bytes, route: bytes, key_of: int | None, now: float) -> int | None:
-        """Take a hello that came by a route; return the node that listens there, None if none does.
+    def receive(self, content: bytes, route: bytes, key_of: int | None, now: float) -> int | None:
+        """Process a hello from a route; return the node that listens there, None for none.
 
-        ``key_of``: the node whose key was shown; None where there are no keys.
+        ``key_of``: the node whose key was shown; None without keys.
         """
         if len(content) != HELLO.size or len(route) != ROUTE or content[0] != MARK:
             return None
@@ -71,11 +71,11 @@ class Introductions:
         return node
 
     def forget(self, node: int) -> None:
-        """Take a peer for gone."""
+        """Treat a peer as gone."""
         self.listeners.pop(node, None)
 
     def pass_time(self, now: float) -> None:
-        """Take those for gone that have said nothing for long."""
+        """Treat peers as gone that have been silent for long."""
         for node, listener in list(self.listeners.items()):
             if now - listener.heard > GONE:
                 self.forget(node)

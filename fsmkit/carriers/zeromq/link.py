@@ -1,12 +1,11 @@
 """Links over ZeroMQ: each node publishes at its endpoint and connects to those of all others.
 
 One thread sends, woken by a semaphore; another receives; the loop never waits for them. A
-deterministic link sends and receives when the loop says so; its only thread says hello, and hears
-it.
+deterministic link sends and receives when the loop calls it; its only thread exchanges hellos.
 
-A node publishes by a socket of the kind ROUTER, to the listeners that it knows (`introductions`),
-and not by PUB or XPUB: these keep whatever anybody subscribes to, without bound. All that others
-can make a link keep is bounded: by the size of messages (``MAXMSGSIZE``) and by the gate.
+A node publishes by a socket of the kind ROUTER, to its known listeners (`introductions`), and not
+by PUB or XPUB: these keep all subscriptions, without bound. Everything that others can make a link
+keep is bounded: by the size of messages (``MAXMSGSIZE``) and by the gate.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ SMALL = 1024
 WAITING = 1 << 20
 """Messages of one connection that wait to be seen; the gate ends it long before. A limit that can
 be reached is no protection: when ZeroMQ has stopped reading a connection and that ends, a PING that
-waits behind, or a heartbeat that is due, ends the process ("Assertion failed: !_io_error")."""
+waits behind, or an expired heartbeat, ends the process ("Assertion failed: !_io_error")."""
 PARTS = 1024
 """Parts of messages that are taken from the publisher at one look."""
 TOGETHER = 1 << 16
@@ -59,10 +58,11 @@ class ZeroMqLink(Link):
     """A link of a node. ``endpoints``: by node; ``bind``: where this one publishes, if elsewhere.
 
     ``keys``: a folder with ``<node>.key`` of each node and ``<node>.key_secret`` of this one, as
-    `zmq.auth.create_certificates` writes them; only nodes with these keys are heard and can listen.
+    `zmq.auth.create_certificates` writes them; only nodes with these keys are accepted and can
+    listen.
 
     ``priority``, ``cpus``: of the threads of the link and of ZeroMQ (see `Scheduling`);
-    `not_granted` lists what the system does not grant.
+    `not_granted` lists the settings that the system does not grant.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class ZeroMqLink(Link):
         self.is_deterministic = is_deterministic
         self._known = Introductions(self.node, len(event_map.nodes), session)
         self._gate: Gate | None = None
-        self._heard = _Heard()
+        self._heard = _PartReader()
         self._is_flooded = False
         self._said = dict.fromkeys(range(len(event_map.nodes)), (0.0, 0))
         self._within = [False] * len(event_map.nodes)
@@ -108,12 +108,12 @@ class ZeroMqLink(Link):
                     help=rejection.fix,
                 )
         if keys is None and not event_map.is_insecure:
-            _refuse_beyond(bind or self._at[node], node)
+            _reject_remote(bind or self._at[node], node)
             for name in own.values():
-                _refuse_beyond(self._at[name], name)
+                _reject_remote(self._at[name], name)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self.not_granted = self._scheduling.apply_to(self._context)
-        """What the system refused of the priority and the processors, with its reason."""
+        """The settings of priority and processors that the system rejected, with the reason."""
         self._authenticator: ThreadAuthenticator | None = None
         self._most = TOGETHER if is_deterministic else 4 * slots
         self._stop = threading.Event()
@@ -169,7 +169,7 @@ class ZeroMqLink(Link):
         socket.setsockopt(zmq.SNDHWM, self._most)
         socket.setsockopt(zmq.RCVHWM, WAITING)
         socket.setsockopt(zmq.MAXMSGSIZE, SMALL)
-        socket.setsockopt(zmq.ROUTER_MANDATORY, 1)  # it says when a listener has gone
+        socket.setsockopt(zmq.ROUTER_MANDATORY, 1)  # it reports when a listener has gone
         if self._keys:
             socket.curve_server = True
             socket.zap_domain = b"fsm"
@@ -190,7 +190,7 @@ class ZeroMqLink(Link):
         return socket
 
     def close(self) -> None:
-        """End the threads and close what is open; what waits is sent, for `LINGER` ms at most."""
+        """End the threads and close the sockets; waiting frames have `LINGER` ms."""
         super().close()
         self._stop.set()
         self._work.release()
@@ -210,19 +210,19 @@ class ZeroMqLink(Link):
         """The connections to this node that its gate has ended."""
         return 0 if self._gate is None else self._gate.dropped
 
-    # --- who listens -------------------------------------------------------------------------
+    # --- listeners -----------------------------------------------------------------------------
 
     def _see_listeners(self) -> None:
         now = time.monotonic()
-        self._is_flooded = not self._hear_some(now)
+        self._is_flooded = not self._process_hellos(now)
         self._known.pass_time(now)
         if self._gate is not None:
             self._gate.look(now)
 
-    def _hear_some(self, now: float) -> bool:
-        """Hear what came, but not endlessly: whoever floods must not hold this thread.
+    def _process_hellos(self, now: float) -> bool:
+        """Process received hellos, but not endlessly: a flood must not hold this thread.
 
-        Whether that was all.
+        Returns whether all were processed.
         """
         with suppress(zmq.Again):
             for _ in range(PARTS):
@@ -236,7 +236,7 @@ class ZeroMqLink(Link):
         key_of = None
         if self._keys:
             key_of = self._nodes_by_key.get(str(said.get("User-Id")), -1)
-        node = self._known.hear(said.bytes, route, key_of, now)
+        node = self._known.receive(said.bytes, route, key_of, now)
         if node is not None and self._gate is not None:
             self._gate.know(int(said.get(zmq.SRCFD)), node)
 
@@ -309,7 +309,7 @@ class ZeroMqLink(Link):
                 self._use_sockets()
 
     def _take_part(self, node: int, socket: zmq.Socket[bytes], flags: int = 0) -> bool:
-        """Take a part of a message of a peer; a frame has only one. Whether it was a frame."""
+        """Receive a part of a peer's message; a frame has only one. Whether it was a frame."""
         content = socket.recv(flags)
         was_within, self._within[node] = self._within[node], bool(socket.rcvmore)
         is_whole = not was_within and not self._within[node]
@@ -318,7 +318,7 @@ class ZeroMqLink(Link):
     # --- threads -----------------------------------------------------------------------------
 
     def _run_scheduled(self, run: Callable[[], None]) -> None:
-        self._scheduling.apply()  # what it refuses, the trial for ZeroMQ's threads has shown
+        self._scheduling.apply()  # its rejections were reported by the trial for ZeroMQ's threads
         run()
 
     def _keep_on(self) -> None:
@@ -354,19 +354,19 @@ class ZeroMqLink(Link):
                 self._take_part(node, socket, zmq.NOBLOCK)
 
 
-def _refuse_beyond(endpoint: str, node: str) -> None:
-    """Refuse an endpoint beyond this computer; for links without keys."""
+def _reject_remote(endpoint: str, node: str) -> None:
+    """Reject an endpoint beyond this computer; for links without keys."""
     if not is_loopback(endpoint):
         raise fail(
             "link-not-opened",
             f"`{endpoint}` of `{node}` is not of this computer only, and there are no keys: "
-            "whoever reaches it could listen, and speak for any node",
+            "anybody who reaches it could listen, and impersonate any node",
             help="make keys and name their folder, or write `insecure: true` under `links:`",
         )
 
 
-class _Heard:
-    """Puts the parts of what comes to the publisher together: a route, and one part."""
+class _PartReader:
+    """Joins the parts of a message to the publisher: a route, and one part."""
 
     def __init__(self) -> None:
         self._route = b""
@@ -383,7 +383,7 @@ class _Heard:
 
 
 class _Known:
-    """Tells the authenticator who may listen."""
+    """Decides for the authenticator which nodes may listen."""
 
     def __init__(self, keys: set[bytes]) -> None:
         self._keys = keys

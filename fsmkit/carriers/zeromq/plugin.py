@@ -41,7 +41,7 @@ class ZeroMq:
     library = Path(__file__).parent / "c"
 
     def read(self, request: DeploymentRequest, findings: Findings) -> None:
-        """Return nothing: endpoints are all that links need."""
+        """Return None: links need endpoints only."""
 
     def open(
         self,
@@ -52,7 +52,7 @@ class ZeroMq:
         faults: Faults | None = None,
         options: Mapping[str, Any],
     ) -> Link:
-        """Return a link of a node; `FsmkitError` where it cannot be opened."""
+        """Return a link of a node. Raises `FsmkitError` if it cannot be opened."""
         try:
             from fsmkit.carriers.zeromq.link import ZeroMqLink
         except ImportError as error:

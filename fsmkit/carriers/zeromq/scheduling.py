@@ -1,4 +1,4 @@
-"""Priority and processors of a link's threads and of ZeroMQ's, as in ``fsm_link_zmq.c``."""
+"""Set priority and processors of a link's threads and of ZeroMQ's, as in ``fsm_link_zmq.c``."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ HIGHEST = 99
 
 @dataclass(frozen=True, slots=True)
 class Scheduling:
-    """How threads are scheduled. ``priority``: of SCHED_FIFO, 1 to 99; 0: as the process is.
+    """The scheduling of threads. ``priority``: of SCHED_FIFO, 1 to 99; 0: as the process has.
 
-    ``cpus``: the numbers of the processors on which they may run; none: on all of the process.
+    ``cpus``: the numbers of the processors on which they may run; empty: on all of the process.
     """
 
     priority: int = 0
     cpus: frozenset[int] = frozenset()
 
     def require(self) -> None:
-        """Raise `FsmkitError` for a priority or a processor that there cannot be."""
+        """Raise `FsmkitError` for an impossible priority or processor."""
         if type(self.priority) is not int or not 0 <= self.priority <= HIGHEST:
             raise fail(
                 "link-not-opened",
@@ -36,12 +36,12 @@ class Scheduling:
         if any(type(cpu) is not int or cpu < 0 for cpu in self.cpus):
             raise fail(
                 "link-not-opened",
-                f"`{min(self.cpus, key=str)}` is no number of a processor",
+                f"`{min(self.cpus, key=str)}` is not a number of a processor",
                 help="processors have the numbers 0, 1 and so on",
             )
 
     def apply(self) -> tuple[str, ...]:
-        """Schedule the thread that calls; return what the system refuses, with its reason."""
+        """Schedule the calling thread; return the rejected settings, with the reason."""
         refused = []
         if self.priority and not hasattr(os, "sched_setscheduler"):
             refused.append(f"priority {self.priority}: this system has no SCHED_FIFO")
@@ -61,10 +61,10 @@ class Scheduling:
         return tuple(refused)
 
     def apply_to(self, context: zmq.Context[zmq.Socket[bytes]]) -> tuple[str, ...]:
-        """Have ZeroMQ's threads scheduled, before the first socket; return what is refused.
+        """Schedule ZeroMQ's threads, before the first socket; return the rejected settings.
 
-        ZeroMQ ends the process if the system refuses (``posix_assert``), so a thread of our own
-        tries first.
+        ZeroMQ ends the process if the system rejects them (``posix_assert``), so a thread of our
+        own tries first.
         """
         refused: list[str] = []
         trial = threading.Thread(target=lambda: refused.extend(self.apply()))

@@ -42,7 +42,7 @@ def test_statuses_show_counters_that_moved_and_faults(
     from cyclonedds.sub import DataReader
     from cyclonedds.topic import Topic
 
-    from fsmkit.carriers.ros.domain import Joined
+    from fsmkit.carriers.ros.domain import Participant
     from tests.carriers.ros.dds_diagnostics import DiagnosticArray
 
     text = DEPLOYMENT.replace("domain: 7", f"domain: {domain}")
@@ -69,7 +69,7 @@ def test_statuses_show_counters_that_moved_and_faults(
         assert (level, message.startswith("stopped by the fault ")) == (2, True)
         assert statuses(diagnostics.statuses())["Cell/b"] == (0, "no counter moved")
 
-        joined = Joined(domain, is_insecure=False)
+        joined = Participant(domain, is_insecure=False)
         topic: Any = Topic(joined.participant, "rt/diagnostics", DiagnosticArray)
         qos = Qos(Policy.Reliability.Reliable(0), Policy.History.KeepLast(100))
         heard: Any = DataReader(joined.participant, topic, qos=qos)

@@ -119,7 +119,7 @@ def until_gone(link: Link) -> None:
         ("{kind: ros, bus: can0}", "broken-deployment", "`ros` have no `bus`"),
         ("{domain: 7}", "broken-deployment", "`zeromq` have no `domain`"),
         ("{kind: ros, domain: 233}", "unexpected-value", "0 to 232"),
-        ("{kind: ros, namespace: a__b}", "unexpected-value", "no namespace"),
+        ("{kind: ros, namespace: a__b}", "unexpected-value", "not a namespace"),
         ("{kind: ros, insecure: perhaps}", "unexpected-value", "`insecure`"),
     ],
 )

@@ -101,7 +101,7 @@ def test_services_have_names_and_types(tmp_path: Path) -> None:
     [
         ("      way: rclpy\n", "", "answered events need `way: rclpy`"),
         ("      way: rclpy\n", "", "the life of a node needs `way: rclpy`"),
-        ("way: rclpy", "way: smoke", "no way `smoke`"),
+        ("way: rclpy", "way: smoke", "way `smoke` is unknown"),
         (f"focus: {SET_BOOL}", f"focus: {TRIGGER}", "is no service with"),
         (f"activate: {GO}", f"activate: {GO}e", "is no connection"),
         (f"activate: {GO}", "activate: operator.focus -> camera.focus", "carries values"),

@@ -184,7 +184,7 @@ def test_registers_are_read(tmp_path: Path) -> None:
         ("0x10", "{at: 4, access: 16, shift: 12}", "in different ways"),
         ("bits: 8", "bits: 7", "-100..100 does not fit into 7 bits"),
         ("bits: 8", "bits: 17", "does not fit into its register"),
-        ("{at: 4, access: 16, bits: 8}", "{access: 16}", "is nowhere"),
+        ("{at: 4, access: 16, bits: 8}", "{access: 16}", "has no address"),
         ("access: 16, bits", "access: 24, bits", "8, 16 or 32 bits"),
         ("{at: 4, access: 16, bits: 8}", "{at: 4, word: 16}", "word"),
     ],

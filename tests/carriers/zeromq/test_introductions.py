@@ -21,36 +21,36 @@ NO_KEYS = -1
 
 def test_two_nodes_introduce_themselves() -> None:
     a, b = Introductions(0, 2, 7), Introductions(1, 2, 9)
-    assert b.hear(a.hello(1), ROUTE, None, 0.0) is None  # it has not heard b yet
-    assert a.hear(b.hello(0), ROUTE, None, 0.0) == 1
+    assert b.receive(a.hello(1), ROUTE, None, 0.0) is None  # it has not heard b yet
+    assert a.receive(b.hello(0), ROUTE, None, 0.0) == 1
     assert a.listeners[1].session == 9
-    assert b.hear(a.hello(1), ROUTE, None, 0.0) == 0
+    assert b.receive(a.hello(1), ROUTE, None, 0.0) == 0
 
 
 def test_a_token_shown_for_one_node_does_not_count_for_another() -> None:
     a, b, c = (Introductions(n, 3, 5) for n in range(3))
-    c.hear(a.hello(2), ROUTE, None, 0.0)
+    c.receive(a.hello(2), ROUTE, None, 0.0)
     token = HELLO.unpack(c.hello(0))[4]
-    assert a.hear(HELLO.pack(MARK, 1, 5, 1, token), ROUTE, None, 0.0) is None
-    assert a.hear(c.hello(0), ROUTE, None, 0.0) == 2
-    b.hear(a.hello(1), ROUTE, None, 0.0)
-    assert a.hear(b.hello(0), ROUTE, None, 0.0) == 1
+    assert a.receive(HELLO.pack(MARK, 1, 5, 1, token), ROUTE, None, 0.0) is None
+    assert a.receive(c.hello(0), ROUTE, None, 0.0) == 2
+    b.receive(a.hello(1), ROUTE, None, 0.0)
+    assert a.receive(b.hello(0), ROUTE, None, 0.0) == 1
 
 
 def test_a_key_counts_for_its_own_node_only() -> None:
     a, b = Introductions(0, 3, 7), Introductions(1, 3, 9)
-    b.hear(a.hello(1), ROUTE, None, 0.0)
-    assert a.hear(b.hello(0), ROUTE, 2, 0.0) is None
-    assert a.hear(b.hello(0), ROUTE, -1, 0.0) is None
-    assert a.hear(b.hello(0), ROUTE, 1, 0.0) == 1
+    b.receive(a.hello(1), ROUTE, None, 0.0)
+    assert a.receive(b.hello(0), ROUTE, 2, 0.0) is None
+    assert a.receive(b.hello(0), ROUTE, -1, 0.0) is None
+    assert a.receive(b.hello(0), ROUTE, 1, 0.0) == 1
 
 
 def test_an_impostor_does_not_disturb_a_peer_that_is_known() -> None:
     a, b = Introductions(0, 2, 7), Introductions(1, 2, 9)
-    b.hear(a.hello(1), ROUTE, None, 0.0)
-    a.hear(b.hello(0), ROUTE, None, 0.0)
+    b.receive(a.hello(1), ROUTE, None, 0.0)
+    a.receive(b.hello(0), ROUTE, None, 0.0)
     before = a.hello(1)
-    assert a.hear(HELLO.pack(MARK, 1, 10, 3, 4), b"\0zzzz", None, 0.0) is None
+    assert a.receive(HELLO.pack(MARK, 1, 10, 3, 4), b"\0zzzz", None, 0.0) is None
     assert a.hello(1) == before
     assert a.listeners[1].route == ROUTE
     a.pass_time(GONE + 0.1)
@@ -99,11 +99,11 @@ def test_c_judges_hellos_alike(
         now += chance.choice((0, 1, 50, 2500))
         c.fsm_link_hello_pass_time(state, ctypes.c_uint64(now))
         python.pass_time(now / 1000)
-        of_c = c.fsm_link_hello_hear(
+        of_c = c.fsm_link_hello_receive(
             *(state, content, ctypes.c_size_t(len(content)), route, ctypes.c_size_t(len(route))),
             *(NO_KEYS if key is None else key, ctypes.c_uint64(now)),
         )
-        of_python = python.hear(content, route, key, now / 1000)
+        of_python = python.receive(content, route, key, now / 1000)
         assert of_c == (-1 if of_python is None else of_python)
         assert [said(peer) for peer in (1, 2)] == [
             HELLO.unpack(python.hello(peer)) for peer in (1, 2)

@@ -89,8 +89,8 @@ def test_without_options_nothing_is_changed(connect: Open) -> None:
         ({"priority": -1}, "the priority `-1`"),
         ({"priority": "high"}, "the priority `high`"),
         ({"priority": True}, "the priority `True`"),
-        ({"cpus": [-1]}, "`-1` is no number of a processor"),
-        ({"cpus": ["x"]}, "`x` is no number of a processor"),
+        ({"cpus": [-1]}, "`-1` is not a number of a processor"),
+        ({"cpus": ["x"]}, "`x` is not a number of a processor"),
     ],
 )
 def test_what_cannot_be_is_refused(connect: Open, options: dict[str, Any], told: str) -> None:

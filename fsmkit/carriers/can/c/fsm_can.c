@@ -100,7 +100,7 @@ fsm_can_result fsm_can_decode(const fsm_can_message *message, const uint8_t *dat
     return FSM_CAN_TAKEN;
 }
 
-/* Set the raw value that stands for the value in a payload; false: there is none. */
+/* Set the raw value for the value in a payload; false if it has none. */
 static bool find_raw(const fsm_can_signal *signal, const uint8_t *payload, uint64_t *raw)
 {
     const uint8_t *from = payload + signal->at;

@@ -37,7 +37,7 @@ typedef struct {
     uint8_t flags;
     uint16_t at;          /* of the value in the payload */
     uint8_t size;         /* its bytes there; 0: it has no place */
-    uint16_t members;     /* of an enumeration, whose values are places among them; 0: it is none */
+    uint16_t members;     /* of an enumeration, whose values are places among them; 0: not an enumeration */
     const int64_t *raw;   /* of each member */
     uint64_t least, most; /* raw; in two's complement where it is signed */
     uint64_t shift;       /* modulo 2^64; of a signal without a place: the raw value to send */

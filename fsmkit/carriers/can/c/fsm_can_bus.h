@@ -36,7 +36,7 @@ int fsm_can_bus_open(fsm_can_bus *bus, const char *name, const fsm_can_message *
 /* Send a frame; false if it does not go at once. */
 bool fsm_can_bus_send(const fsm_can_bus *bus, const fsm_can_frame *frame, bool is_fd);
 
-/* Take a frame that has come; false if there is none. Never blocks. */
+/* Take a received frame; false if there was no frame. Never blocks. */
 bool fsm_can_bus_receive(const fsm_can_bus *bus, fsm_can_frame *frame);
 
 void fsm_can_bus_close(fsm_can_bus *bus);

@@ -12,7 +12,7 @@
  *
  * Events are sent as they leave; levels in the cycle of their message, once the machines have run. A
  * message that has not come for 2.5 cycles is silent: its event is posted once; when messages come
- * again after all were silent, a session begins. A frame whose values are out of range counts as
+ * again after all were silent, a session starts. A frame whose values are out of range counts as
  * malformed. A thread receives and sends cyclic messages; the loop calls nothing of it. It stops
  * sending when the loop completes no cycle within the bound of the deployment (fsm_watch.h), and
  * resumes with the next cycle. POSIX. */

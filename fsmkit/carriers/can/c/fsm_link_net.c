@@ -11,7 +11,7 @@
 
 enum { HELLO_MS = 100, HASH_BYTES = 4, BURST = 256 };
 
-#define ANY_SESSION 0x10000u /* a session of which the bus has 0: 0 is none */
+#define ANY_SESSION 0x10000u /* a session that is 0 on the bus, which is not a session */
 
 static uint64_t now_ms(void)
 {

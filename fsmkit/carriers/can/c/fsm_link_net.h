@@ -8,7 +8,7 @@
  *   fsm_link_net_close(&net);
  *
  * An event is one frame of the bus, levels are one. Two threads send and receive; the loop calls
- * nothing of the bus. A node is heard once its `hello` has come, which it sends first and then every
+ * nothing of the bus. A node is known once its `hello` has arrived, which it sends first and then every
  * 100 ms; a loop that hangs (fsm_watch.h) says no hello. What is lost is counted by the counters in the frames, and by the number of events that
  * `hello` has. Nothing proves who sends: a bus has no keys. POSIX. */
 #ifndef FSM_LINK_NET_H

@@ -3,7 +3,7 @@
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
  *
- *   static fsm_link_local wire;                       zero to begin with
+ *   static fsm_link_local wire;                       initially zero
  *   fsm_link_local_join(&wire, &link_a);              each link of the deployment
  *   fsm_link_local_join(&wire, &link_b);
  *

@@ -77,7 +77,7 @@ static int set_once(const char *folder, unsigned number, const char *after, uint
     return error;
 }
 
-/* The channel is there: it was, or it is asked for. */
+/* The channel exists: it did before, or it is requested. */
 static int export_pwm(const char *folder, unsigned number)
 {
     char path[PATH_ROOM];

@@ -22,7 +22,7 @@ extern "C" {
 #endif
 #define FSM_IO_LINUX_LINES 64 /* of each direction, as the kernel has it */
 
-/* Where devices are; NULL where there are none of a kind. */
+/* Paths of devices; NULL for kinds without a device. */
 typedef struct {
     const char *gpio;    /* /dev/gpiochip0 */
     const char *iio;     /* /sys/bus/iio/devices/iio:device0 */
@@ -37,7 +37,7 @@ typedef struct {
 } fsm_io_linux_file;
 
 typedef struct {
-    int file; /* of the lines that were asked for; -1: none */
+    int file; /* of the requested lines; -1: none */
     uint16_t count;
     uint16_t wires[FSM_IO_LINUX_LINES];
 } fsm_io_linux_lines;

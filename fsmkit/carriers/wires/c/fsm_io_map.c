@@ -60,7 +60,7 @@ bool fsm_io_map_fits(const fsm_io_map *self)
     return true;
 }
 
-/* Whether a row begins another register than the one before it. */
+/* Whether a row starts another register than the one before it. */
 static bool is_first(const fsm_io_map *self, size_t i)
 {
     return i == 0u || self->registers[i - 1u].offset != self->registers[i].offset;

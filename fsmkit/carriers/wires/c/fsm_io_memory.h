@@ -14,13 +14,13 @@ typedef struct {
     void *raw; /* the image */
 } fsm_io_memory;
 
-/* A wire by its name; NULL if there is none. */
+/* A wire by its name; NULL for an unknown name. */
 const fsm_io_wire *fsm_io_memory_find(const fsm_io_memory *self, const char *name);
 
 /* Set an input; false, and nothing is set, if there is no input of this name. */
 bool fsm_io_memory_set(const fsm_io_memory *self, const char *name, int32_t value);
 
-/* Take the value of any wire; false if there is none of this name. */
+/* Take the value of any wire; false for an unknown name. */
 bool fsm_io_memory_get(const fsm_io_memory *self, const char *name, int32_t *value);
 
 /* All outputs as they are where all is off, as before the first cycle. */

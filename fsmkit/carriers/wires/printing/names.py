@@ -1,4 +1,4 @@
-"""What the C of a board calls its signals, devices and machines."""
+"""The C names of a board's signals, devices and machines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.codegen.system.parts import Part, parts_of
 from fsmkit.emit import Namer, snake
 
 MEMBERS = {"in", "out", "flag", "own", "node"}
-"""Of the struct of a board, beside its devices."""
+"""Members of the struct of a board, beside its devices."""
 
 
 @dataclass
@@ -27,7 +27,7 @@ class BoardNames:
     signals: tuple[str, ...]
     devices: tuple[str, ...]
     told: dict[tuple[int, int], str]
-    """By machine and port: the function of the host for what machines of the node hear, too."""
+    """By machine and port: the host's function for events that other machines receive, too."""
     thresholds: dict[Hysteresis, str] = field(default_factory=dict)
     """Members that hold what is on."""
     pointer: str = "io"
@@ -43,7 +43,7 @@ class BoardNames:
 
     @property
     def prefix(self) -> str:
-        """What all begins with."""
+        """The prefix of all names."""
         return f"board_{snake(self.board.name)}_io"
 
     def value(self, number: int) -> str:
@@ -53,7 +53,7 @@ class BoardNames:
         return f"{self.io}->{group}.{self.signals[number]}"
 
     def threshold(self, found: Hysteresis) -> str:
-        """Return the member that holds whether a signal is beyond its thresholds."""
+        """Return the member for whether a signal is beyond its thresholds."""
         name = self.thresholds.setdefault(found, f"beyond_{len(self.thresholds)}")
         return f"{self.io}->own.{name}"
 

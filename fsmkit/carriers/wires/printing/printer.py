@@ -1,7 +1,8 @@
-"""Prints the wires of a board in C: a header, a source, and a description in JSON.
+"""Print the wires of a board in C: a header, a source, and a description in JSON.
 
-``X_read`` takes a raw image in, ``X_to_machines`` hands on what it means, and ``X_from_machines``
-makes the raw image of what the machines and devices want. What a machine calls is printed, too.
+``X_read`` reads a raw image, ``X_to_machines`` passes its meaning on, and ``X_from_machines``
+creates the raw image from the outputs of the machines and devices. The called operations are
+printed, too.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from fsmkit.system.machine import port_fields
 FOLDER = Path(__file__).parents[1] / "c"
 LIBRARY = ("fsm_io.h", "fsm_io.c")
 SIGNED_BYTES = 4
-"""Of a member of the raw image."""
+"""Type of a member of the raw image."""
 
 
 @printing
@@ -75,12 +76,12 @@ def registers(board: Board) -> Iterator[tuple[int, Register, str]]:
 
 
 def safe_raw(signal: Signal) -> int:
-    """Return what a wire has that is safe, as hardware has it."""
+    """Return the safe value of a wire, as a raw value."""
     return signal.safe ^ signal.is_low if signal.is_output else 0
 
 
 def bits_of(signal: Signal) -> int:
-    """Return how many bits a raw value has."""
+    """Return the number of bits of a raw value."""
     if isinstance(signal.type, BoolType):
         return 1
     return signal.bits
@@ -110,7 +111,7 @@ def _description(names: BoardNames) -> str:
 
 
 def ctype(signal: Signal) -> str:
-    """Return the C type of what a signal means."""
+    """Return the C type of a signal's meaning."""
     return "bool" if isinstance(signal.type, BoolType) else "int32_t"
 
 
@@ -160,9 +161,9 @@ class _Header:
             out.line(f"extern const fsm_io_register {s}_registers[{rows}];")
         out.line()
         out.text(f"""
-        /* Make a board that has not been started, and its node; all devices are zero, to be made by
-         * the host. Then, once in each cycle: read what hardware has, tell the machines, run them
-         * ({self.names.node.prefix}_cycle), and make what hardware is to have. */
+        /* Create a board that has not been started, and its node. The host initialises the
+         * devices, which are zero. Once in each cycle: read the hardware, update the machines, run
+         * them ({self.names.node.prefix}_cycle), and compute the outputs of the hardware. */
         void {s}_init({s} *io);
         void {s}_read({s} *io, const {s}_raw *raw);
         void {s}_to_machines({s} *io);
@@ -173,7 +174,7 @@ class _Header:
 
     def _raw(self) -> None:
         self.out.line(
-            "/* What hardware has. Of outputs a backend writes them, of inputs it reads. */"
+            "/* The raw values of the hardware. A backend writes outputs, and reads inputs. */"
         )
         with self.out.block(
             f"typedef struct {self.names.prefix}_raw {{", f"}} {self.names.prefix}_raw;"
@@ -188,9 +189,7 @@ class _Header:
 
     def _struct(self) -> None:
         out, s = self.out, self.names.prefix
-        out.line(
-            "/* What it means, the devices, and the node. The host may read all of it; it sets"
-        )
+        out.line("/* The values, the devices, and the node. The host may read all; it sets")
         out.line(" * flags that are its own. */")
         with out.block(f"typedef struct {s} {{", f"}} {s};"):
             for group, chosen in (
@@ -210,7 +209,7 @@ class _Header:
                             out.line(f"{ctype(signal)} {self.names.signals[number]}; /* {note} */")
             own = list(self._own())
             if own:
-                with out.block("struct { /* what is remembered from cycle to cycle */", "} own;"):
+                with out.block("struct { /* stored from cycle to cycle */", "} own;"):
                     out.lines(own)
             for number, device in enumerate(self.board.devices):
                 out.line(f"{plain_name(device.type)} {self.names.devices[number]};")
@@ -382,7 +381,7 @@ class _Source:
         return f"({storage(type_, {}).text})({text})"
 
     def _senses(self) -> None:
-        """Let each device take in what it reads."""
+        """Let each device read its signals."""
         for number, device in enumerate(self.board.devices):
             if not device.reads and not device.notices:
                 continue
@@ -467,7 +466,7 @@ class _Source:
         least, greatest = number_of(signal.type.lo), number_of(signal.type.hi)
         return f"raw->{name} = fsm_io_clamp({value}, {least}, {greatest});"
 
-    # --- what leaves a machine --------------------------------------------------------------------
+    # --- outgoing events and operations ----------------------------------------------------------
 
     def _port(self, port: BoundPort) -> None:
         out, s = self.out, self.names.prefix
@@ -508,7 +507,7 @@ class _Source:
     def _returned(
         self, port: BoundPort, printer: FormulaPrinter, result: Type | None
     ) -> Iterator[str]:
-        """Yield the call of a device, and what the operation returns."""
+        """Yield the call of a device, and the result of the operation."""
         if result is None:
             if port.call is not None:
                 yield f"(void){printer.query(port.call)};"
@@ -517,7 +516,7 @@ class _Source:
         if port.result is not None:
             text = printer.formula(port.result)
         else:
-            assert port.call is not None  # noqa: S101  (the reader asks for one of both)
+            assert port.call is not None  # noqa: S101  (the reader requires one of both)
             text = printer.query(port.call)
             span = of_type(result)
             if not isinstance(result, BoolType) and span is not None:

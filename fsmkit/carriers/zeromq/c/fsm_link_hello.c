@@ -7,7 +7,7 @@
 /* Where the parts of a hello are. */
 enum { MARK_AT = 0, SENDER_AT = 1, SESSION_AT = 2, TOKEN_AT = 6, ECHO_AT = 14 };
 
-#define MARK 0x3Fu /* no frame begins with it */
+#define MARK 0x3Fu /* no frame starts with it */
 
 static bool is_nothing(const uint8_t *token)
 {
@@ -42,11 +42,11 @@ void fsm_link_hello_write(const fsm_link_hellos *all, uint8_t peer, uint8_t *hel
     hello[SENDER_AT] = all->node;
     fsm_link_put_bytes(hello + SESSION_AT, all->session, 4u);
     memcpy(hello + TOKEN_AT, of->token, FSM_LINK_TOKEN);
-    fsm_link_put_bytes(hello + ECHO_AT, fsm_shared_read(&of->heard[0]), 4u);
-    fsm_link_put_bytes(hello + ECHO_AT + 4, fsm_shared_read(&of->heard[1]), 4u);
+    fsm_link_put_bytes(hello + ECHO_AT, fsm_shared_read(&of->peer_token[0]), 4u);
+    fsm_link_put_bytes(hello + ECHO_AT + 4, fsm_shared_read(&of->peer_token[1]), 4u);
 }
 
-int fsm_link_hello_hear(fsm_link_hellos *all, const uint8_t *bytes, size_t length,
+int fsm_link_hello_receive(fsm_link_hellos *all, const uint8_t *bytes, size_t length,
                         const uint8_t *route, size_t route_length, int key_of, uint64_t now_ms)
 {
     fsm_link_acquaintance *of;
@@ -65,8 +65,8 @@ int fsm_link_hello_hear(fsm_link_hellos *all, const uint8_t *bytes, size_t lengt
     if (!is_shown && fsm_shared_own(&of->session) != 0u) {
         return -1; /* an impostor does not disturb a peer that is known */
     }
-    fsm_shared_write(&of->heard[0], (FSM_INDEX)fsm_link_get_bytes(bytes + TOKEN_AT, 4u));
-    fsm_shared_write(&of->heard[1], (FSM_INDEX)fsm_link_get_bytes(bytes + TOKEN_AT + 4, 4u));
+    fsm_shared_write(&of->peer_token[0], (FSM_INDEX)fsm_link_get_bytes(bytes + TOKEN_AT, 4u));
+    fsm_shared_write(&of->peer_token[1], (FSM_INDEX)fsm_link_get_bytes(bytes + TOKEN_AT + 4, 4u));
     if (!is_shown) {
         return -1;
     }

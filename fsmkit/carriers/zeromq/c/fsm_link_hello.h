@@ -26,12 +26,12 @@ enum {
     FSM_LINK_STRANGE_KEY = -2
 };
 
-/* Of a peer. What one context writes, the one that hears hellos, another reads. */
+/* The state of a peer. The context that processes hellos writes it, another reads it. */
 typedef struct {
     uint8_t token[FSM_LINK_TOKEN]; /* sent to this peer's endpoint only; constant */
-    fsm_shared heard[2];           /* the peer's token as it was heard; 0: not yet */
+    fsm_shared peer_token[2];      /* the received token of the peer; 0: not yet */
     fsm_shared session;            /* in which it listens; 0: it does not */
-    uint8_t route[FSM_LINK_ROUTE]; /* to where it listens; the hearing context's own */
+    uint8_t route[FSM_LINK_ROUTE]; /* to where it listens; of the receiving context */
     uint64_t at_ms;                /* the last hello; its own as well */
 } fsm_link_acquaintance;
 
@@ -41,17 +41,17 @@ typedef struct {
     fsm_link_acquaintance of[FSM_LINK_NODES];
 } fsm_link_hellos;
 
-/* Begin; false if the system has no random numbers. */
+/* Start; false if the system has no random numbers. */
 bool fsm_link_hello_init(fsm_link_hellos *all, uint8_t node, uint8_t nodes, uint32_t session);
 
 /* Write what to say to a peer. */
 void fsm_link_hello_write(const fsm_link_hellos *all, uint8_t peer, uint8_t *hello);
 
 /* Take what came by a route, perhaps a hello. Returns the peer that listens there, or -1. */
-int fsm_link_hello_hear(fsm_link_hellos *all, const uint8_t *bytes, size_t length,
+int fsm_link_hello_receive(fsm_link_hellos *all, const uint8_t *bytes, size_t length,
                         const uint8_t *route, size_t route_length, int key_of, uint64_t now_ms);
 
-/* Take a peer for gone; all of which nothing was heard for long. */
+/* Treat a peer as gone; all peers that have been silent for long. */
 void fsm_link_hello_forget(fsm_link_hellos *all, uint8_t peer);
 void fsm_link_hello_pass_time(fsm_link_hellos *all, uint64_t now_ms);
 

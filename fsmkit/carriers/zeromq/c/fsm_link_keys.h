@@ -18,7 +18,7 @@ extern "C" {
 #define FSM_LINK_KEY 41 /* characters of a CURVE key as text (Z85), with the zero */
 
 typedef struct {
-    void *door; /* where ZeroMQ asks for admission */
+    void *door; /* where ZeroMQ requests admission */
     uint8_t nodes;
     uint8_t keys[FSM_LINK_NODES][32];
     pthread_t doorman;

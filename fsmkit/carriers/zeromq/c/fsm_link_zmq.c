@@ -24,7 +24,7 @@ enum {
     SMALL = 1024, /* bytes of a message at least: handshakes of ZMTP take up to so many */
     /* Messages of one connection that wait to be seen; the gate ends it long before. A limit that
      * can be reached is no protection: when ZeroMQ has stopped reading a connection and that ends, a
-     * PING that waits behind, or a heartbeat that is due, ends the process ("Assertion failed:
+     * PING that waits behind, or an expired heartbeat, ends the process ("Assertion failed:
      * !_io_error"). So there are no heartbeats of ZeroMQ either. */
     WAITING = 1 << 20,
     PARTS = 4096, /* parts of messages that are taken from the publisher at one look */
@@ -40,7 +40,7 @@ static uint64_t milliseconds(void)
 
 /* ---- who listens ------------------------------------------------------------------------------ */
 
-/* Take one part of what came to the publisher: a route, or a hello; false if there is none. */
+/* Take one received part of the publisher: a route, or a hello; false if there is no part. */
 static bool hear_part(fsm_link_zmq *zmq, uint64_t now)
 {
     zmq_msg_t part;
@@ -55,18 +55,18 @@ static bool hear_part(fsm_link_zmq *zmq, uint64_t now)
     bytes = zmq_msg_data(&part);
     length = zmq_msg_size(&part);
     has_more = zmq_msg_more(&part) != 0;
-    if (zmq->heard.parts == 0u) {
-        zmq->heard.length = length;
-        memcpy(zmq->heard.route, bytes, length < FSM_LINK_ROUTE ? length : FSM_LINK_ROUTE);
-    } else if (zmq->heard.parts == 1u && !has_more) {
+    if (zmq->received.parts == 0u) {
+        zmq->received.length = length;
+        memcpy(zmq->received.route, bytes, length < FSM_LINK_ROUTE ? length : FSM_LINK_ROUTE);
+    } else if (zmq->received.parts == 1u && !has_more) {
         int key_of = zmq->has_keys ? fsm_link_keys_of(&part) : FSM_LINK_NO_KEYS;
-        int peer = fsm_link_hello_hear(&zmq->hellos, bytes, length, zmq->heard.route,
-                                       zmq->heard.length, key_of, now);
+        int peer = fsm_link_hello_receive(&zmq->hellos, bytes, length, zmq->received.route,
+                                       zmq->received.length, key_of, now);
         if (peer >= 0) {
             fsm_link_gate_know(&zmq->gate, zmq_msg_get(&part, ZMQ_SRCFD), peer);
         }
     }
-    zmq->heard.parts = has_more ? (zmq->heard.parts < 2u ? zmq->heard.parts + 1u : 2u) : 0u;
+    zmq->received.parts = has_more ? (zmq->received.parts < 2u ? zmq->received.parts + 1u : 2u) : 0u;
     (void)zmq_msg_close(&part);
     return true;
 }
@@ -322,7 +322,7 @@ typedef struct {
     int priority_error, cpus_error;
 } scheduling;
 
-/* Give a thread its priority and processors, and remember what was refused. */
+/* Give a thread its priority and processors, and remember rejected settings. */
 static void schedule(pthread_t thread, scheduling *wish)
 {
     if (wish->priority > 0) {
@@ -363,7 +363,7 @@ static void keep_errors(fsm_link_zmq *zmq, const scheduling *wish)
     }
 }
 
-/* Have ZeroMQ's threads scheduled. It ends the process if the system refuses ("posix_assert"), so a
+/* Schedule ZeroMQ's threads. ZeroMQ ends the process if the system rejects that ("posix_assert"), so a
  * thread of our own tries first. */
 static bool schedule_context(fsm_link_zmq *zmq, const fsm_link_zmq_options *options)
 {

@@ -15,12 +15,12 @@
  * and was woken for by a semaphore; another receives. The loop never waits for them.
  *
  * A node publishes by a socket of the kind ROUTER, to the listeners that it knows
- * (fsm_link_hello.h), and not by PUB or XPUB: these keep whatever anybody subscribes to, without
- * bound. All that others can make a link keep is bounded: by the size of messages
+ * (fsm_link_hello.h), and not by PUB or XPUB: these keep all subscriptions, without
+ * bound. Everything that others can make a link keep is bounded: by the size of messages
  * (ZMQ_MAXMSGSIZE) and by fsm_link_gate.h.
  *
- * Deterministic: frames go and come within calls only; see fsm_link.h. A thread does nothing but say
- * hello, and hear it. Compile all files of this folder with -lzmq -pthread. */
+ * Deterministic: frames go and come within calls only; see fsm_link.h. A thread only exchanges
+ * hellos. Compile all files of this folder with -lzmq -pthread. */
 #ifndef FSM_LINK_ZMQ_H
 #define FSM_LINK_ZMQ_H
 
@@ -41,7 +41,7 @@ typedef struct {
     const char *bind;             /* where to publish, e.g. "tcp://eth0:5571"; NULL: as above */
     bool is_deterministic;
     /* CURVE: all public keys by node, and this node's secret one. Only nodes with these keys are
-     * heard and can listen. NULL: no authentication, and no endpoint beyond this computer, unless
+     * accepted and can listen. NULL: no authentication, and no endpoint beyond this computer, unless
      * the deployment says `insecure: true`. */
     const char *const *public_keys;
     const char *secret_key;
@@ -56,7 +56,7 @@ typedef struct {
 typedef struct {
     fsm_link *link;
     const char *failed; /* what could not be done */
-    /* Why a priority or the processors were not granted, an errno; 0 if they were, or not asked for. */
+    /* Why a priority or the processors were not granted, an errno; 0 if they were, or not requested. */
     int priority_error;
     int cpus_error;
     void *context;
@@ -77,7 +77,7 @@ typedef struct {
         uint8_t route[FSM_LINK_ROUTE];
         size_t length;
         unsigned parts;
-    } heard;
+    } received;
     struct { /* of the hellos of this node, by peer */
         uint64_t at_ms;
         uint8_t bytes[FSM_LINK_HELLO];
@@ -86,7 +86,7 @@ typedef struct {
     bool within[FSM_LINK_NODES]; /* a message of several parts, which is no frame */
 } fsm_link_zmq;
 
-/* Open; 0, or an errno of ZeroMQ or the system, with `failed` saying of what. Allocates (libzmq). */
+/* Open; 0, or an errno of ZeroMQ or the system, with the failed call in `failed`. Allocates (libzmq). */
 int fsm_link_zmq_open(fsm_link_zmq *zmq, fsm_link *link, const fsm_link_zmq_options *options);
 
 /* Whether an endpoint is of this computer only, by its text: ipc, inproc, and of tcp an address of

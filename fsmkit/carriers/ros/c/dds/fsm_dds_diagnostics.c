@@ -22,7 +22,7 @@ enum {
     STATUSES = FSM_LINK_NODES + FSM_DDS_DIAGNOSTICS_MACHINES
 };
 
-/* A message with all that its pointers lead to. */
+/* A message with the targets of its pointers. */
 typedef struct {
     diagnostic_msgs_msg_dds__DiagnosticArray_ array;
     status statuses[STATUSES];

@@ -58,7 +58,7 @@ int fsm_dds_diagnostics_open(fsm_dds_diagnostics *d, const fsm_link *link,
 /* The loop: how a machine is, 0 for no fault; how long peers have been silent. Makes no call. */
 void fsm_dds_diagnostics_note(fsm_dds_diagnostics *d, unsigned machine, unsigned fault);
 
-/* The loop: cycles that began too late, since it began. */
+/* The loop: cycles that started too late, since its start. */
 void fsm_dds_diagnostics_overran(fsm_dds_diagnostics *d, uint32_t overruns);
 
 /* End the thread. Calls DDS. */

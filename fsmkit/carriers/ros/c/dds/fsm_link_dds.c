@@ -171,7 +171,7 @@ static dds_guid_t program_of(const fsm_link_dds_end *end)
     return found;
 }
 
-/* Begin a session for another run of the foreign node, once for all its topics. */
+/* Start a session for another run of the foreign node, once for all its topics. */
 static void begin(fsm_link_dds *dds, const dds_guid_t *program, uint32_t session)
 {
     uint32_t known = dds->begun < FSM_LINK_DDS_PROGRAMS ? dds->begun : FSM_LINK_DDS_PROGRAMS;
@@ -187,7 +187,7 @@ static void begin(fsm_link_dds *dds, const dds_guid_t *program, uint32_t session
     fsm_link_fan_restarted(dds->fan, dds->node->peer);
 }
 
-/* Whether a message comes in order; count what is between, begin a session for a new program, and for
+/* Whether a message is in order; count gaps, start a session for a new program, and for
  * one with another session. */
 static bool is_next(fsm_link_dds *dds, fsm_link_dds_end *end, bool is_counted,
                     const fsm_ros_numbers *numbers)

@@ -13,7 +13,7 @@
  * Events are published as they leave, levels when they change (those of sensors each time). A thread
  * receives; of events it takes no more than the link has room for, the others stay with DDS, which
  * lets their publishers wait. A message with a value out of its range counts as malformed, a gap in
- * the numbers of a program as lost, another program on a topic begins a session.
+ * the numbers of a program as lost, another program on a topic starts a session.
  *
  * DDS allocates memory and waits for locks of its own. All calls of it are made by that thread, by
  * the one that takes frames out of the link, and by those who call the functions below that say so;
@@ -61,10 +61,10 @@ typedef struct {
     uint16_t topic;   /* by its place */
     uint16_t message; /* of the event map, or FSM_LINK_LEVELS */
     uint16_t at, size; /* of a level, in the payload with all of its sender */
-    /* Of one that comes: write values into a payload and the numbers, if the message has them; false
-     * if a value has no place in the payload. Of levels, the payload has all of the sender. */
+    /* Incoming: write values into a payload and the numbers, if the message has them; false
+     * if a value has no place in the payload. For levels, the payload has all of the sender. */
     bool (*unpack)(const void *sample, uint8_t *p, fsm_ros_numbers *numbers);
-    /* Of one that goes: publish a message with the values of a payload. */
+    /* Outgoing: publish a message with the values of a payload. */
     dds_return_t (*publish)(dds_entity_t writer, const uint8_t *p,
                             const fsm_ros_numbers *numbers);
 } fsm_link_dds_wire;
@@ -111,7 +111,7 @@ typedef struct {
 typedef struct {
     dds_entity_t end; /* its reader, or its writer */
     /* received; the thread's own */
-    void *held; /* the oldest message, on loan from DDS; NULL: there is none */
+    void *held; /* the oldest message, on loan from DDS; NULL: no message */
     dds_time_t stamp;
     dds_instance_handle_t writer; /* of that message */
     uint16_t wires;
@@ -146,7 +146,7 @@ typedef struct {
     struct {
         dds_guid_t program;
         uint32_t session;
-    } runs[FSM_LINK_DDS_PROGRAMS]; /* that began a session */
+    } runs[FSM_LINK_DDS_PROGRAMS]; /* that started a session */
     uint32_t begun;
     fsm_link_dds_end ends[FSM_LINK_DDS_TOPICS];
     fsm_link_dds_shown shown[FSM_LINK_DDS_MACHINES];

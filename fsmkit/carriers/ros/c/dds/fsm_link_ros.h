@@ -7,8 +7,8 @@
  *   ...                                                             the loop (fsm_link.h)
  *   fsm_link_ros_close(&ros);
  *
- * A node publishes std_msgs/msg/UInt8MultiArray with its frames, reliable and volatile; of what a peer
- * does not read in time the oldest is overwritten, and the peer counts it as lost. A peer listens once
+ * A node publishes std_msgs/msg/UInt8MultiArray with its frames, reliable and volatile; if a peer
+ * does not read in time, its oldest frames are overwritten, and the peer counts it as lost. A peer listens once
  * each of the two has discovered the other. Two threads send and receive; DDS allocates in these and in
  * its own. The loop makes no call of DDS. Nothing proves who publishes: fsm_dds_domain.h says who can
  * reach the domain. Compile fsm_frames.idl by `idlc -t`. POSIX, Cyclone DDS 0.10: -pthread -lddsc. */

@@ -81,7 +81,7 @@ static uint16_t wires_of(const fsm_link_rclc *rclc, uint16_t topic)
     return found;
 }
 
-/* Whether a message comes in order; count what is between, begin a session for another one. */
+/* Whether a message is in order; count gaps, start a session for another one. */
 static bool is_next(fsm_link_rclc *rclc, uint16_t topic, const fsm_ros_numbers *numbers)
 {
     fsm_link_rclc_end *end = &rclc->ends[topic];

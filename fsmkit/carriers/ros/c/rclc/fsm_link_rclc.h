@@ -77,8 +77,8 @@ typedef struct {
     rcl_publisher_t publisher;
     rcl_subscription_t subscription;
     bool is_open, is_known, is_published;
-    uint32_t session, next; /* of what comes */
-    uint32_t sequence;      /* of what goes */
+    uint32_t session, next; /* incoming */
+    uint32_t sequence;      /* outgoing */
 } fsm_link_rclc_end;
 
 struct fsm_link_rclc {
