@@ -1,4 +1,4 @@
-"""What a million steps of a generated machine in Python leave in memory, and let be tracked.
+"""Measure the memory that a million steps of a generated Python machine leave or get tracked.
 
 ``python -m benchmarks.allocations`` prints it for the charts of the yardstick.
 """
@@ -23,7 +23,7 @@ TARGETS = ("python", "pyext")
 
 @dataclass(frozen=True, slots=True)
 class Allocations:
-    """What is different after some steps, none of them the first of its kind."""
+    """The differences in memory after some steps that are not the first of their kind."""
 
     blocks: int
     """More blocks of the allocator in use (`sys.getallocatedblocks`)."""
@@ -41,9 +41,9 @@ Step = Callable[[], object]
 
 
 def measured(steps: Sequence[Step]) -> Allocations:
-    """Run steps a few times, the first time to warm up; return what the others do to memory.
+    """Run steps several times, the first time to warm up; return the effect on memory.
 
-    What measuring itself takes, seen without any steps, does not count.
+    The cost of measuring, determined without steps, is subtracted.
     """
     kept, most = _bytes(steps)
     blocks, tracked = _objects(steps)
@@ -52,7 +52,7 @@ def measured(steps: Sequence[Step]) -> Allocations:
 
 
 def _run(steps: Iterator[Step]) -> None:
-    """Run steps; the iterator is made before, for it is tracked itself."""
+    """Run steps; the iterator is created before, because it is tracked itself."""
     for step in steps:
         step()
 
@@ -87,9 +87,9 @@ def _objects(steps: Sequence[Step]) -> tuple[int, int]:
 
 
 def _collections(steps: Sequence[Step]) -> int:
-    """Return how many collections begin if one does as soon as two objects more are tracked.
+    """Return the number of collections with a threshold of two tracked objects.
 
-    One is kept ready, so that a single one made by a step is seen, however short it lives.
+    One object is kept, so that even a short-lived object of a step causes a collection.
     """
     begun = [0]
 

@@ -1,7 +1,7 @@
-"""How fast the language server answers: 95th percentiles, against the aims.
+"""Measure the response times of the language server: 95th percentiles, against the goals.
 
-``python benchmarks/editor.py`` starts the server as an editor does, over standard input and output,
-types into charts of the production cell and into a chart of 3,000 lines, and times the answers.
+``python benchmarks/editor.py`` starts the server over standard input and output, types into charts
+of the production cell and into a chart of 3,000 lines, and times the responses.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def percentile(times: list[float]) -> float:
 
 
 def timed(count: int, act: Callable[[int], object]) -> list[float]:
-    """Return how many seconds each of some calls took."""
+    """Return the duration of each call in seconds."""
     found = []
     for number in range(count):
         began = time.perf_counter()
@@ -68,7 +68,7 @@ def large(lines: int) -> str:
 
 
 def memory(editor: Editor) -> float:
-    """Return the memory that the server has in use, in MB; 0 where the system does not say."""
+    """Return the server's memory in MB; 0 if the system does not report it."""
     process = editor.client._server  # noqa: SLF001  (pygls tells it nowhere else)
     if process is None:
         return 0.0
@@ -81,7 +81,7 @@ def memory(editor: Editor) -> float:
 
 
 def user_seconds(editor: Editor) -> float:
-    """Return the time that the server has computed; 0 where the system does not say."""
+    """Return the server's processor time; 0 if the system does not report it."""
     process = editor.client._server  # noqa: SLF001  (pygls tells it nowhere else)
     try:
         fields = Path(f"/proc/{process.pid if process else 0}/stat").read_text(encoding="ascii")

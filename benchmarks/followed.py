@@ -1,11 +1,11 @@
-"""What it costs to follow 10,000 steps a second, and to look anywhere in a long session.
+"""Measure following 10,000 steps per second, and seeking in a long session.
 
     python -m benchmarks.followed [--seconds 60] [--entries 1000000]
 
-A source gives steps of a gate whose data are not known, as a board does that tells its transitions
-alone; a client in a process of its own counts what comes over its WebSocket. Then a session is
-simulated and gone back in. Printed are the processor time of the server with that of the source in
-it, what the client got, and the times of going back.
+A source provides steps of a gate with unknown data, like a board that records only transitions. A
+client in another process counts the WebSocket messages. Then a session is simulated and stepped
+back. The output is the processor time of server and source, the messages of the client, and the
+times of stepping back.
 """
 
 from __future__ import annotations
@@ -94,11 +94,11 @@ class Board:
         return found
 
     def post(self, machine: int, occurrence: Occurrence) -> None:
-        """Refuse: nobody commands a board."""
+        """Reject the event: a board accepts no commands."""
         raise NotImplementedError
 
     def set_input(self, machine: int, place: int, value: Value) -> None:
-        """Refuse: nobody commands a board."""
+        """Reject the input: a board accepts no commands."""
         raise NotImplementedError
 
     def signals(self) -> Mapping[str, float]:
@@ -115,7 +115,7 @@ class _Message(msgspec.Struct):
 
 
 def look_on(address: str, most: int, told: Queue[str]) -> None:
-    """Count what comes, in a process of its own."""
+    """Count the received messages, in a process of its own."""
     decoder = msgspec.json.Decoder(list[_Message])
     steps = lost = last = frames = 0
     with connect(address, subprotocols=[Subprotocol(SUBPROTOCOL)], max_size=None) as client:
@@ -129,7 +129,7 @@ def look_on(address: str, most: int, told: Queue[str]) -> None:
 
 
 async def followed(seconds: int) -> None:
-    """Serve a board to a client; print what that cost."""
+    """Serve a board to a client; print the cost."""
     board = Board(gate(), seconds)
     hub = Hub(board)
     server, stop = LiveServer(hub), asyncio.Event()

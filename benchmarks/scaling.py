@@ -1,7 +1,7 @@
-"""How the stages of the compiler grow with the size of a chart: 1,000 states against 10,000.
+"""Measure the growth of compiler stages with the size of a chart: 1,000 against 10,000 states.
 
-For each kind of chart and each stage it prints the seconds and the calls of functions (a count that
-no other load on the computer changes) for both sizes, and the ratios; 10 is linear.
+For each kind of chart and each stage it prints the seconds and the number of function calls
+(independent of other load) for both sizes, and the ratios; 10 is linear.
 
     python benchmarks/scaling.py [--small 1000] [--large 10000] [--kind flat] [--profile STAGE]
 """

@@ -1,11 +1,11 @@
-"""What it costs to look on: the nine machines of the cell at 100 Hz each, its picture at 50 Hz.
+"""Measure the cost of a live page: nine machines of the cell at 100 Hz, its picture at 50 Hz.
 
     python -m benchmarks.seen_live [--seconds 20]
 
-A run of the cell is recorded first. Its macrosteps are then told again, those of each machine 100
-times a second, with the samples of the run 50 times a second, to a page of chromium that shows the
-picture, one drawing and all cards. Printed are the processor time of the server's thread, beside it
-that of the interpreter that follows the logs of boards, and the pictures a second of the page.
+A run of the cell is recorded first. Its macrosteps are then repeated, 100 per second for each
+machine, with samples of the run 50 times per second, for a page in chromium that shows the
+picture, one drawing and all cards. The output is the processor time of the server's thread and of
+the interpreter that follows the logs of boards, and the frames per second of the page.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Recorded:
 
 
 class Again:
-    """A source that tells the macrosteps of a run at a rate of its own."""
+    """A source that repeats the macrosteps of a run at its own rate."""
 
     time = "live"
     can: frozenset[str] = frozenset()
@@ -93,7 +93,7 @@ class Again:
         self._told = self._sampled = 0
 
     def receive(self) -> Sequence[Entry]:
-        """Return what is due."""
+        """Return the entries up to the present time."""
         due = int((time.monotonic() - self._began) * HERTZ)
         found = []
         for number in range(self._told, due):
@@ -104,7 +104,7 @@ class Again:
         return found
 
     def signals(self) -> Mapping[str, float]:
-        """Return the sample that is due."""
+        """Return the sample of the present time."""
         due = int((time.monotonic() - self._began) * SAMPLES)
         samples = self._run.samples
         return {**samples[due % len(samples)], "time": due / SAMPLES}

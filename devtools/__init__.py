@@ -1,1 +1,1 @@
-"""What develops fsmkit and is not shipped: random charts, the differential test, endurance runs."""
+"""Development tools that are not shipped: random charts, differential test, endurance runs."""

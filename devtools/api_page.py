@@ -1,4 +1,4 @@
-"""The page of the public API, made of docstrings: ``python -m devtools.api_page``."""
+"""Write the page of the public API from docstrings: ``python -m devtools.api_page``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "reference" / "api.md"
 SECTION = re.compile(r"(Args|Returns|Raises):")
 ENTRY = re.compile(r"( *)(\*{0,2}\w+): (.*)")
 QUOTED = re.compile(r": (['\"])(.*?)\1(?= =|$)")
-"""An annotation as `inspect` shows one that is not evaluated."""
+"""An unevaluated annotation in the output of `inspect`."""
 ORDER = (
     "read", "read_chart", "read_system", "compile", "check", "export", "draw", "machine",
 )  # fmt: skip

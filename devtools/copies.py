@@ -1,9 +1,9 @@
-"""The test of copies: a used chart does in its copy what it does alone, on every runtime.
+"""Test copies: a used chart behaves in its copy as it does alone, on every runtime.
 
-``python -m devtools.copies --charts 500`` takes random charts, and for each one that does nothing
-but use it: within another, as an element of an array, bound to names of its own.
-The trace of the using chart, with names and numbers of the used one, is that of the used chart
-alone, up to the macrostep in which that ends.
+``python -m devtools.copies --charts 500`` takes random charts, and for each one a chart that only
+uses it: inside another chart, as an element of an array, with bound names. The trace of the using
+chart, in the names and numbers of the used one, must equal that of the used chart alone, up to the
+macrostep in which it ends.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ RUNTIMES = ("interpreter", "c-size", "python")
 
 @dataclass(frozen=True)
 class Pair:
-    """A used chart alone, and a chart around a copy of it.
+    """A used chart alone, and a chart with a copy of it.
 
-    ``names``: what is bound, by its name in the used chart.
+    ``names``: the bindings, by name in the used chart.
     """
 
     alone: Case
@@ -55,11 +55,11 @@ class Pair:
     names: Mapping[str, str] = field(default_factory=dict)
 
     def name(self, inner: str) -> str:
-        """Return what something of the used chart is called around it."""
+        """Return the name in the using chart."""
         return self.names.get(inner, f"{self.prefix}.{inner}")
 
     def script(self) -> list[str]:
-        """Return what the host does, in the names of the chart around."""
+        """Return the script in the names of the using chart."""
         lines = []
         for line in self.alone.script:
             verb, *words = line.split(" ")
@@ -139,7 +139,7 @@ def random_pair(choices: Choices, number: int) -> Pair:
 
 
 def _plain(choices: Choices) -> tuple[doc.Document, ...]:
-    """Return a chart of the language: what others invoke or never declare has names of its own."""
+    """Return a chart of the action language; other dialects restrict names."""
     while True:
         documents = random_using(choices) if choices.chance(25) else random_documents(choices)
         chart = elaborated(documents)
@@ -149,7 +149,7 @@ def _plain(choices: Choices) -> tuple[doc.Document, ...]:
 
 
 def _names(choices: Choices, alone: Chart) -> dict[str, str]:
-    """Return what is bound to names of the chart around, each of the same kind."""
+    """Return the bindings to names of the using chart, each of the same kind."""
     declared = [d.name for d in (*alone.data, *alone.inputs, *alone.outputs)]
     declared += [o.name for o in alone.operations]
     declared += [
@@ -265,7 +265,7 @@ def until_the_end(trace: Sequence[str]) -> int:
 
 
 def compare_pair(pair: Pair, runtime: Harness) -> Divergence | None:
-    """Return where the copy does something else than the chart alone, on a runtime."""
+    """Return the first difference between the copy and the chart alone, on a runtime."""
     (found,) = compare_pairs([pair], runtime)
     return found
 
@@ -288,9 +288,9 @@ def _compared(pair: Pair, runtime: str, trace: Sequence[str] | None) -> Divergen
 
 
 def dumps_sorted(trace: Sequence[str], known: set[str]) -> list[str]:
-    """Return a trace in which what is dumped at a time is in the order of its names.
+    """Return a trace whose dumps are sorted by name.
 
-    Only the ``known`` variables are left: there may be other copies.
+    Only the ``known`` variables are kept, as there may be other copies.
     """
     found: list[str] = []
     dumped: list[str] = []

@@ -1,8 +1,8 @@
-"""What generated code counts of random charts is what the interpreter counts.
+"""Compare the coverage counters of generated code with the interpreter's, on random charts.
 
 ``python -m devtools.coverage --charts 500`` is the long run, on Python and C (as an extension
-module); a chart is that of `devtools.differential` of the same seed and number. ``--optimize`` is
-the form of the C.
+module). A chart equals that of `devtools.differential` with the same seed and number.
+``--optimize`` selects the form of the C.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from fsmkit.plan.counting import FULL
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.snapshot import Macrostep
 from fsmkit.runtime.script import Player, script_texts
-from fsmkit.testing.coverage.counters import counters, everyone, of_area
-from fsmkit.testing.coverage.record import ChartCoverage, Recorder, added
-from fsmkit.testing.harness.pyext import DrivenExtension, load_classes
-from fsmkit.testing.harness.python import Driven
+from fsmkit.testing.coverage.counters import counters, coverage_of_area, everyone
+from fsmkit.testing.coverage.record import ChartCoverage, Recorder, add_coverage
+from fsmkit.testing.harness.pyext import HarnessExtension, load_classes
+from fsmkit.testing.harness.python import HarnessMachine
 
 BATCH = 10
 Counts = dict[str, tuple[object, ...]]
@@ -33,36 +33,40 @@ Counts = dict[str, tuple[object, ...]]
 
 @dataclass
 class Totals:
-    """What a run compared."""
+    """The figures of a run."""
 
     charts: int = 0
     refused: int = 0
     items: int = 0
-    """That were reached."""
+    """Number of reached items."""
 
 
 def compared(cases: Sequence[Case], totals: Totals, optimize: str = "") -> Iterator[str]:
     """Yield where generated code counts otherwise than the interpreter."""
-    wanted = [interpreted(case) for case in cases]
-    runs: list[tuple[str, Callable[[], list[type]], type[Driven]]] = [
-        ("python", lambda: [load_machine(case.chart, covered=True) for case in cases], Driven),
+    wanted = [interpreter_counts(case) for case in cases]
+    runs: list[tuple[str, Callable[[], list[type]], type[HarnessMachine]]] = [
+        (
+            "python",
+            lambda: [load_machine(case.chart, covered=True) for case in cases],
+            HarnessMachine,
+        ),
         (
             "c",
             lambda: load_classes([case.chart for case in cases], covered=True, optimize=optimize),
-            DrivenExtension,
+            HarnessExtension,
         ),
     ]
     for target, make, driver in runs:
         for case, expected, class_ in zip(cases, wanted, make(), strict=True):
-            found = driven(case, driver(case.chart, class_, traced=False))
+            found = generated_counts(case, driver(case.chart, class_, traced=False))
             if found != expected:
                 yield f"{case.name} on {target}: {difference(expected, found)}"
     totals.charts += len(cases)
     totals.items += sum(_reached(counts) for counts in wanted)
 
 
-def interpreted(case: Case) -> Counts:
-    """Return what the interpreter counts."""
+def interpreter_counts(case: Case) -> Counts:
+    """Return the counts of the interpreter."""
     recorder = Recorder()
     recorder.add(case.chart)
     player = Player(case.chart)
@@ -74,14 +78,16 @@ def interpreted(case: Case) -> Counts:
     return _counts(recorder.coverage())
 
 
-def driven(case: Case, machine: Driven) -> Counts:
-    """Return what a generated machine counts."""
+def generated_counts(case: Case, machine: HarnessMachine) -> Counts:
+    """Return the counts of a generated machine."""
     for line in script_texts(case.script):
         machine.obey(Text(line.value, line.span))
     known = {fingerprint(chart)[:16]: chart for chart in everyone([case.chart])}
     read = counters(machine.coverage(), case.name)
     # in one run, as random charts of one name may be different ones
-    return _counts(added([[of_area(known[each.fingerprint], each.area) for each in read]]))
+    return _counts(
+        add_coverage([[coverage_of_area(known[each.fingerprint], each.area) for each in read]])
+    )
 
 
 def _counts(coverage: Iterable[ChartCoverage]) -> Counts:
@@ -128,7 +134,7 @@ def is_expressible(chart: Chart) -> bool:
 @click.option("--first", default=0, show_default=True)
 @click.option("--optimize", type=click.Choice(["size"]), help="Between them by default.")
 def main(charts: int, seed: int, first: int, optimize: str | None) -> None:
-    """Compare what Python and C count with what the interpreter counts."""
+    """Compare the counts of Python and C with those of the interpreter."""
     totals, wrong = Totals(), 0
     numbers = range(first, first + charts)
     for start in range(0, charts, BATCH):
@@ -140,7 +146,7 @@ def main(charts: int, seed: int, first: int, optimize: str | None) -> None:
             click.echo(line)
     click.echo(
         f"{totals.charts} charts on python and c: {totals.items} items compared, "
-        f"{wrong} differ, {totals.refused} refused"
+        f"{wrong} differ, {totals.refused} rejected"
     )
     sys.exit(1 if wrong else 0)
 

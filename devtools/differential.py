@@ -1,11 +1,10 @@
-"""The differential test: every target does what the interpreter does, on random charts.
+"""The differential test: every target behaves like the interpreter, on random charts.
 
-``python -m devtools.differential --charts 1000 --seed 0`` is the long run. A chart is a
-function of the seed and its number, so that a divergence can be looked at again:
-``--first 537 --charts 1``. The variable CC names the C compiler, as everywhere: with ``CC=tcc``
-charts in C take a third of the time, and with ``CC="clang -fsanitize=undefined
--fno-sanitize-recover=all"`` undefined behaviour is a divergence. Targets such as ``c-powerpc`` are
-C on another processor (`devtools.processors`).
+``python -m devtools.differential --charts 1000 --seed 0`` is the long run. A chart is a function
+of the seed and its number, so that a divergence can be repeated: ``--first 537 --charts 1``. The
+variable CC names the C compiler: with ``CC=tcc`` charts in C take a third of the time. With
+``CC="clang -fsanitize=undefined -fno-sanitize-recover=all"`` undefined behaviour is a divergence.
+Targets such as ``c-powerpc`` are C on another processor (`devtools.processors`).
 """
 
 from __future__ import annotations
@@ -47,14 +46,14 @@ CONTEXT = 8
 LIMITS = frozenset(
     {"abstract-chart", "c-limit", "javascript-sometimes", "python-sometimes", "transitions-limit"}
 )
-"""The rules by which a target refuses a chart; any other error is a fault of the target."""
+"""The rules by which a target rejects a chart; any other error is a fault of the target."""
 
 Trace = Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A chart, as written and as it means, and what its host does."""
+    """A chart, its documents and its script."""
 
     documents: Documents
     """The chart as written, and after it those it extends, nearest first."""
@@ -83,16 +82,16 @@ class Divergence:
 
 @dataclass
 class Totals:
-    """What a run compared."""
+    """The figures of a run."""
 
     charts: int = 0
     macrosteps: int = 0
     refused: int = 0
-    """Charts that a target said it cannot express."""
+    """Charts that a target cannot express."""
     divergences: list[tuple[str, Divergence]] = field(default_factory=list)
 
     def add(self, other: Totals) -> None:
-        """Add what another process compared."""
+        """Add the figures of another process."""
         self.charts += other.charts
         self.macrosteps += other.macrosteps
         self.refused += other.refused
@@ -169,7 +168,7 @@ def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
 
 
 def traces_of(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
-    """Return the trace of each case on a target; None where that refuses the chart."""
+    """Return the trace of each case on a target; None if the target rejects the chart."""
     if isinstance(target, Runtime):
         jobs = [(case.chart, case.script) for case in cases]
         try:
@@ -184,8 +183,8 @@ def _attempt_or_refuse(target: Harness, case: Case) -> list[str] | None:
         return target.run(case.chart, case.script)
     except FsmkitError as error:
         rules = {d.rule.name for d in error.diagnostics if d.severity is Severity.ERROR}
-        return None if rules <= LIMITS else [f"(refused: {error})"]
-    except Exception:  # noqa: BLE001  (whatever it is, it is a divergence to be shown)
+        return None if rules <= LIMITS else [f"(rejected: {error})"]
+    except Exception:  # noqa: BLE001  (any exception is a divergence)
         return [f"(crashed: {traceback.format_exc(limit=-3)})"]
 
 
@@ -205,8 +204,8 @@ def explain(case: Case, divergence: Divergence) -> str:
     return f"{case.name}\n\n{text}\n--- script\n{script}\n---\n{divergence}"
 
 
-def reduced(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Divergence | None]:
-    """Return a smaller case on which the target still diverges; to refuse a chart is not that."""
+def reduce_case(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, Divergence | None]:
+    """Return a smaller case on which the target still diverges; a rejection is no divergence."""
 
     def attempt(documents: Documents, script: Script) -> Divergence | None:
         try:
@@ -235,7 +234,7 @@ def run_batch(
     is_saved: bool = False,
     has_functions: bool = False,
 ) -> Totals:
-    """Compare some charts of a seed; what one process does at a time."""
+    """Compare some charts of a seed, as one task of a process."""
     cases = [
         random_case(seed, number, is_saved=is_saved, has_functions=has_functions)
         for number in numbers
@@ -253,7 +252,7 @@ def run_many(
     is_saved: bool = False,
     has_functions: bool = False,
 ) -> Iterator[Totals]:
-    """Yield what each batch compared, as they finish."""
+    """Yield the figures of each batch as it ends."""
     numbers = range(first, first + charts)
     batches = [numbers[start : start + BATCH] for start in range(0, charts, BATCH)]
     run = partial(run_batch, is_saved=is_saved, has_functions=has_functions)
@@ -273,7 +272,9 @@ def target_names() -> tuple[str, ...]:
 @click.option("--charts", default=1000, show_default=True, help="How many random charts.")
 @click.option("--seed", default=0, show_default=True, help="Which thousand.")
 @click.option("--first", default=0, show_default=True, help="The number of the first chart.")
-@click.option("--targets", callback=named, help="By name, with commas; all that have a harness.")
+@click.option(
+    "--targets", callback=named, help="Names separated by commas (default: all with a harness)."
+)
 @click.option("--processes", default=min(2, os.cpu_count() or 1), show_default=True)
 @click.option("--functions", is_flag=True, help="Charts with functions and local variables.")
 @click.option("--saved", is_flag=True, help="Scripts that save and restore the machine.")
@@ -295,7 +296,7 @@ def main(
     began = time.monotonic()
     with _progress() as progress:
         task = progress.add_task(f"{', '.join(names)} against the interpreter", total=charts)
-        with suppress(KeyboardInterrupt):  # what was compared till then is told
+        with suppress(KeyboardInterrupt):  # report the comparisons so far
             for part in run_many(
                 seed, first, charts, names, processes, is_saved=saved, has_functions=functions
             ):
@@ -304,7 +305,7 @@ def main(
     seconds = time.monotonic() - began
     click.echo(
         f"{totals.charts} charts on {', '.join(names)}: {totals.macrosteps} macrosteps compared, "
-        f"{len(totals.divergences)} divergences, {totals.refused} refused, {seconds:.1f} s"
+        f"{len(totals.divergences)} divergences, {totals.refused} rejected, {seconds:.1f} s"
     )
     draw = partial(random_case, seed, is_saved=saved, has_functions=functions)
     _show(totals.divergences, draw, no_reduce=no_reduce)
@@ -324,7 +325,7 @@ def _show(
         case = draw(int(name.split()[1]))
         small, shown = case, divergence
         if not no_reduce:
-            small, less = reduced(case, harness(divergence.target))
+            small, less = reduce_case(case, harness(divergence.target))
             shown = less or divergence
         click.echo(explain(small, shown))
 

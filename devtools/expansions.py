@@ -1,9 +1,9 @@
-"""The test of the meaning of copies: what `use` means is what one would write out by hand.
+"""Test the meaning of copies: `use` equals the chart written out by hand.
 
 ``python -m devtools.expansions --charts 200`` takes random charts that use others, writes each out
-in the notation without copies (``left__moving`` for ``left.moving``), and compares what both mean:
-the charts in all parts and the Plans. The texts are changed here word by word, as a person would
-do it; nothing of `fsmkit.chart.copies` is used for that.
+in the notation without copies (``left__moving`` for ``left.moving``), and compares the charts in
+all parts and the Plans. The sources are changed here word by word, as a person would do it,
+without `fsmkit.chart.copies`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from fsmkit.plan import lower
 
 NOWHERE = Origins({}, {}, {}, {})
 ASIDE = ("at", "origin", "copies", "descriptors")
-"""What a chart says of how it is written."""
+"""Fields about the notation of a chart."""
 BOUNDS = ("queue", "internal", "microsteps", "delayed")
 HISTORIES = (doc.Kind.SHALLOW_HISTORY, doc.Kind.DEEP_HISTORY)
 _WORD = re.compile(
@@ -42,12 +42,12 @@ _WORD = re.compile(
 
 @dataclass(frozen=True)
 class Copy:
-    """What the words of a used chart are in one copy of it."""
+    """The renamed words of a used chart in one copy."""
 
     prefix: str
     alone: Chart
     names: Mapping[str, str]
-    """What variables, constants and operations are here: a name, or an expression."""
+    """The names or expressions of variables, constants and operations here."""
     calls: Mapping[str, tuple[tuple[str, ...], str]]
     """Operations that are calls here: the names of their parameters, and the call."""
     events: Mapping[str, str]
@@ -55,7 +55,7 @@ class Copy:
     """Events that are sent there and raised here."""
 
     def own(self, name: str) -> str:
-        """Return what a name becomes that is not bound."""
+        """Return the new name of an unbound name."""
         return f"{self.prefix}__{name}"
 
     def expression(self, words: str) -> str:
@@ -210,7 +210,7 @@ def by_hand(document: doc.Document) -> doc.Document:
 
 
 def copy_of(host: doc.Document, state: doc.DocState, alone: Chart) -> Copy:
-    """Return what the words of a used chart are in a state of a chart."""
+    """Return the words of a used chart in a state of a chart."""
     assert state.id is not None  # noqa: S101
     assert state.use is not None  # noqa: S101
     prefix = state.id.value
@@ -240,7 +240,7 @@ def copy_of(host: doc.Document, state: doc.DocState, alone: Chart) -> Copy:
 
 
 def _with(host: doc.Document, state: doc.DocState, used: doc.Document, copy: Copy) -> doc.Document:
-    """Return a chart in which one state holds what the chart that it uses does."""
+    """Return a chart in which one state has the content of the chart that it uses."""
     use = state.use
     assert use is not None  # noqa: S101
     bound = {b.name.value for b in use.bind}
@@ -381,7 +381,7 @@ def _host(choices: Choices, name: str, used: doc.Document, copies: Sequence[str]
 def _joined(
     choices: Choices, document: doc.Document, used: doc.Document, alone: Chart, copy: str
 ) -> tuple[doc.Document, doc.DocUse]:
-    """Return a chart with what is bound to names of a used one, and how that is used."""
+    """Return a chart with declarations bound to names of a used one, and the use."""
     bind: list[tuple[str, str]] = []
     data: list[doc.DocData] = []
     inputs: list[doc.DocData] = []
@@ -474,7 +474,7 @@ def _delays(used: doc.Document) -> bool:
 
 
 def _is_delayed(used: doc.Document, event: str) -> bool:
-    """Whether an event is sent in a way in which none is raised."""
+    """Return whether an event is sent with a delay, so that it is never raised."""
     return any(
         isinstance(part, stmt.DocSend)
         and part.event is not None
@@ -496,7 +496,7 @@ def _parts(part: Any) -> list[Any]:
 
 
 def meaning(chart: Chart) -> object:
-    """Return all that a chart and its Plan say, with each copy's names as one writes them."""
+    """Return the content of a chart and its Plan, with written-out names of copies."""
     document = json.loads(json.dumps(chart_document(chart, NOWHERE)))
     del document["sources"]
     plan = lower(chart)
@@ -513,7 +513,7 @@ def _plain(part: Any) -> Any:
 
 
 def compare(document: doc.Document) -> str:
-    """Return where a chart and what is written out by hand differ; empty if they do not."""
+    """Return the first difference to the chart written out by hand; empty if equal."""
     hand = replace(by_hand(document), name=document.name)
     expected, got = meaning(elaborated((hand,))), meaning(elaborated((document,)))
     if expected == got:
@@ -531,7 +531,7 @@ def compare(document: doc.Document) -> str:
 @click.option("--seed", default=0, show_default=True)
 @click.option("--first", default=0, show_default=True, help="The number of the first.")
 def main(charts: int, seed: int, first: int) -> None:
-    """Compare charts that use others with what is written out by hand."""
+    """Compare charts that use others with those written out by hand."""
     differing = copies = 0
     for number in range(first, first + charts):
         document = random_host(SeededChoices(f"hand:{seed}:{number}"), number)

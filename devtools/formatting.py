@@ -17,7 +17,7 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Source
 from fsmkit.document.document import Document
-from fsmkit.editor.formatting import formatted
+from fsmkit.editor.formatting import format_source
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
 from fsmkit.scxml.reader import read_document as read_scxml
@@ -68,7 +68,7 @@ def spoilt_xml(text: str, choices: Choices) -> str:
 
 
 def problem(seed: int) -> str | None:
-    """Return what is wrong with the formatter on a random chart; None if nothing is."""
+    """Return an error of the formatter on a random chart, or None."""
     choices = SeededChoices(f"format {seed}")
     document = random_document(choices, 16, has_functions=choices.chance(30))
     for name, write, read, spoil in (
@@ -77,7 +77,7 @@ def problem(seed: int) -> str | None:
     ):
         try:
             written = write(document)
-        except FsmkitError:  # what one of the notations cannot say
+        except FsmkitError:  # one of the notations cannot express it
             continue
         text = spoil(written, choices)
         found = Findings()
@@ -85,8 +85,8 @@ def problem(seed: int) -> str | None:
         if before is None:
             return f"{name} of {seed}: spoilt so that it cannot be read: {FsmkitError(found)}"
         try:
-            made = formatted(text, name)
-            again = formatted(made, name)
+            made = format_source(text, name)
+            again = format_source(made, name)
         except FsmkitError as error:
             return f"{name} of {seed}: {error}"
         if again != made:

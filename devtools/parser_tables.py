@@ -1,7 +1,7 @@
-"""Writes `fsmkit/language/grammar.json`, the tables of the parser, after a change of the grammar.
+"""Write `fsmkit/language/grammar.json`, the tables of the parser, after a change of the grammar.
 
-Lark numbers the states in an order that differs from run to run; here they are in the order in
-which they are reached, so that one grammar has one text.
+Lark numbers the states in an order that differs from run to run. Here they are in the order of a
+search from the start, so that one grammar has one file.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _ordered(tables: Mapping[str, Any]) -> dict[str, Any]:
         for state, row in tables["states"].items()
     }
     reached = [state for _, state in sorted(tables["start_states"].items())]
-    for state in reached:  # grows meanwhile
+    for state in reached:  # grows during the loop
         for _, (kind, next_state) in actions[state]:
             if kind == SHIFT and next_state not in reached:
                 reached.append(next_state)

@@ -1,8 +1,8 @@
-"""Random charts of the plain kind: what the library `transitions` can mostly express.
+"""Random charts that the library `transitions` can mostly express.
 
-Transitions with one target, numbers that wrap around, no deferral; timers, histories, choices and
-eventless transitions in two of three. ``python -m devtools.plain --charts 1000`` compares the
-target on them.
+They have transitions with one target, numbers that wrap around, and no deferral. Two of three have
+timers, histories, choices and eventless transitions. ``python -m devtools.plain --charts 1000``
+compares the target on them.
 """
 
 from __future__ import annotations
@@ -67,11 +67,11 @@ class _Author:
     numbers: list[str] = field(default_factory=list)
     flags: list[str] = field(default_factory=list)
     events: dict[str, bool] = field(default_factory=dict)
-    """What the machine receives; whether a number goes with it."""
+    """The received events, and whether each carries a number."""
     states: list[Node] = field(default_factory=list)
     content_chance: int = 20
     has_steps: bool = False
-    """Whether it has what the library lacks: time, histories, transitions without an event."""
+    """Whether it has features that the library lacks: time, histories, eventless transitions."""
 
     def document(self) -> doc.Document:
         pick = self.choices.pick
@@ -195,7 +195,7 @@ class _Author:
         return tuple(found)
 
     def _branches(self, node: Node) -> tuple[doc.DocTransition, ...]:
-        """Return what leaves a choice: the last has no guard, and no way back to a choice."""
+        """Return the transitions of a choice; the last has no guard and leads to no choice."""
         near = [n for n in self.states if n.kind is doc.Kind.ATOMIC]
         near = [n for n in near if n.parent is node.parent] or near
         guard = text(self._truth(False))
@@ -408,7 +408,7 @@ def main(charts: int, seed: int, first: int, path: str | None, steps: int) -> No
         totals.add(compare_plain(seed, start, min(BATCH, first + charts - start)))
     click.echo(
         f"{totals.charts} charts on transitions: {totals.macrosteps} macrosteps, "
-        f"{len(totals.divergences)} divergences; {totals.refused} others refused"
+        f"{len(totals.divergences)} divergences; {totals.refused} others rejected"
     )
     for name, divergence in totals.divergences[:1]:
         click.echo(explain(plain_case(seed, int(name.split()[1])), divergence))

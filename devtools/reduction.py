@@ -1,6 +1,6 @@
-"""Making a failing example small: Documents and a script, piece by piece, while it still fails.
+"""Reduce a failing example: remove parts of Documents and a script while it still fails.
 
-Hypothesis shrinks what it drew itself. This is for what a seed gave, in the long runs.
+Hypothesis shrinks only its own examples. This module reduces those of a seed in the long runs.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ Documents = tuple[Document, ...]
 """A chart as written, and after it those it extends, nearest first."""
 Item = TypeVar("Item")
 Fails = Callable[[Documents, Script], bool]
-"""Whether an example still fails; False for one that is not valid."""
+"""Returns whether an example still fails; False for an invalid one."""
 
 DROPPED = frozenset({"guard", "content", "id", "target", "index", "reply", "result", "delay_expr"})
 """Optional parts that can go."""
 SIMPLER = {"guard": "true", "condition": "true", "value": "0"}
-"""Expressions and the simplest that may stand in their place."""
+"""Expressions and their simplest replacements."""
 
 
 def reduce_example(
@@ -60,7 +60,7 @@ def _improve(
     place = 0
     while t.left > 0:
         for number, variant in enumerate(variants(whole)):
-            if number < place or variant == whole:  # mending may undo a change
+            if number < place or variant == whole:  # removing dangling references may undo a change
                 continue
             t.left -= 1
             if t.left <= 0:
@@ -75,7 +75,7 @@ def _improve(
 
 
 def _documents(documents: Documents) -> Iterator[Documents]:
-    return (mend(variant) for variant in _variants(documents) if variant)
+    return (drop_dangling(variant) for variant in _variants(documents) if variant)
 
 
 def _shorter(script: Script) -> Iterator[Script]:
@@ -87,7 +87,7 @@ def _shorter(script: Script) -> Iterator[Script]:
 
 
 def _variants(node: Any) -> Iterator[Any]:
-    """Yield what one change makes of a tree, the greatest changes first."""
+    """Yield the trees that result from one change, the largest changes first."""
     if isinstance(node, tuple):
         size = len(node)
         while size:
@@ -114,10 +114,10 @@ def _variants(node: Any) -> Iterator[Any]:
                 yield replace(node, **{part.name: variant})
 
 
-def mend(documents: Documents) -> Documents:
-    """Return documents without what dangles after states were taken out of them.
+def drop_dangling(documents: Documents) -> Documents:
+    """Return documents without dangling references after the removal of states.
 
-    A base that goes leaves a chart that says all by itself, or is not valid.
+    Without its base, a chart is complete itself or invalid.
     """
     found: list[Document] = []
     ids: set[str] = set()
@@ -156,7 +156,7 @@ def _mended(state: DocState, ids: set[str]) -> DocState:
 
 
 def _refined(state: DocState, ids: set[str]) -> DocState:
-    """Return a change of an inherited state, which says only what is new of it."""
+    """Return a modification of an inherited state with its own content only."""
     mended = _mended(state, ids)
     stands = state.initial is not None and _stands(state.initial, ids)
     return replace(mended, kind=state.kind, initial=state.initial if stands else None)

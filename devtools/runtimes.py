@@ -1,6 +1,6 @@
-"""All that can run a chart by a script: the harnesses of fsmkit, and forms of C beside the default.
+"""All runtimes of scripts: the harnesses of fsmkit, and other forms of C.
 
-They are also an option of a command line: names with commas.
+They are also an option of a command line: names separated by commas.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def harness(name: str) -> Harness:
     """Return the harness of a target, or of C in another form or on another processor.
 
     Raises:
-        FsmkitError: there is none of that name.
+        FsmkitError: The name is unknown.
 
     """
     return {SMALL.name: SMALL, **SANITIZED, **CROSS}.get(name) or own.harness(name)

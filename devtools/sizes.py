@@ -1,8 +1,8 @@
-"""Every counted thing at the edges of 8 and 16 bits, on every runtime and engine.
+"""Test every counted item at the limits of 8 and 16 bits, on every runtime and engine.
 
-``python -m devtools.sizes`` prints a table: the thing, how many of it there are, and for each
-runtime and engine whether it agrees with the interpreter. A rejected size shows the rule. A row
-that says ``differs`` or ``crashed`` is a defect, and the program then ends with 1.
+``python -m devtools.sizes`` prints a table: the item, its number, and for each runtime and engine
+whether it agrees with the interpreter. A rejected size shows the rule. A row with ``differs`` or
+``crashed`` is a defect; the program then exits with 1.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Sized:
 
 
 def _chart(states: str, *, head: str = "", events: str = "in: [go, far]", first: str = "s0") -> str:
-    """Return a chart with a property that some engine has to decide by what it counts."""
+    """Return a chart with a property that an engine decides by the counted items."""
     return (
         f"chart: Sized\n{head}events: {{{events}}}\nenvironment: {{may: [go]}}\n"
         f"properties: {{never_last: {{never: In(last)}}}}\n"
@@ -70,7 +70,7 @@ def _posts(*events: str) -> tuple[str, ...]:
 
 
 def states(count: int) -> Sized:
-    """Return a chart of states beside each other; the events lead to the second and to the last."""
+    """Return a chart of sibling states; the events lead to the second and the last."""
     rows = [
         f"  s{n}: {{on: {{go: {f's{n + 1}' if n + 2 < count else 'last'}, far: last}}}}\n"
         for n in range(count - 1)
@@ -446,7 +446,7 @@ def nested_statements(count: int) -> Sized:
 
 
 def nested_copies(count: int) -> Sized:
-    """Return a chart that is filled with one that is filled with another one, and so on."""
+    """Return a chart with nested uses of charts."""
     others = {
         f"c{n}.yaml": f"chart: C{n}\nevents: {{in: [go]}}\ninitial: a\n"
         f"states: {{a: {{use: c{n + 1}.yaml, bind: {{go: go}}}}}}\n"
@@ -542,7 +542,7 @@ def row(kind: str, count: int, runtimes: Sequence[str], engines: Sequence[str]) 
 def table(
     kinds: Iterable[str], counts: Sequence[int], runtimes: Sequence[str], engines: Sequence[str]
 ) -> Iterator[tuple[str, int, Cells, float]]:
-    """Yield for each kind and size its outcomes and the seconds they took."""
+    """Yield for each kind and size its outcomes and the elapsed seconds."""
     for kind in kinds:
         nested = BY_NAME[kind] in NESTED
         for count in DEPTHS if nested and counts in (BYTE, WORD, (*BYTE, *WORD)) else counts:

@@ -1,8 +1,8 @@
-"""Damaged snapshots with right checksums: every target accepts the same ones.
+"""Damaged snapshots with valid checksums: every target must accept the same ones.
 
 ``python -m devtools.snapshots --charts 100 --each 200`` changes bytes of snapshots of random
-charts, seals them again, and restores them on every target. What is accepted runs on, on all
-targets alike. C is built with sanitizers, so an error of memory is a divergence.
+charts, renews their checksums, and restores them on every target. Accepted ones continue, on all
+targets alike. C is built with sanitizers, so a memory error is a divergence.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from fsmkit.testing.harness.harness import INTERPRETER
 
 TARGETS = ("python", "javascript", "c-sanitized", "c-size-sanitized")
 BATCHES = (10, 400)
-"""Snapshots that are compared at a time: at first, and at most."""
+"""Number of snapshots compared together: initially, and at most."""
 LINES = 500_000
-"""Lines of a trace kept at a time: a chart may write ten thousands for each snapshot."""
+"""Maximum number of trace lines in memory; a chart may write ten thousands for each snapshot."""
 CRC = 4
 LARGEST = 255
 
 
 @dataclass
 class Totals:
-    """What a run restored."""
+    """The figures of a run."""
 
     tried: int = 0
     accepted: int = 0
@@ -41,9 +41,9 @@ class Totals:
 
 
 def damaged(draw: random.Random, chart: Chart, saved: bytes) -> bytes:
-    """Return a snapshot with a few changed bytes and a right checksum.
+    """Return a snapshot with a few changed bytes and a valid checksum.
 
-    Half of the changes are made where states, status and fault are, with numbers of states.
+    Half of the changes put numbers of states where states, status and fault are stored.
     """
     data = bytearray(saved[:-CRC])
     image, start = image_of(chart), len(head(chart))
@@ -62,14 +62,14 @@ def damaged(draw: random.Random, chart: Chart, saved: bytes) -> bytes:
 
 
 def snapshots(case: Case) -> list[bytes]:
-    """Return what the script of a case saves."""
+    """Return the snapshots that the script of a case saves."""
     trace = INTERPRETER.run(case.chart, case.script)
     found = [line.removeprefix("saved ") for line in trace if line.startswith("saved ")]
     return [bytes.fromhex(text) for text in dict.fromkeys(found)]
 
 
 def scripts(draw: random.Random, case: Case, each: int) -> Iterator[tuple[str, ...]]:
-    """Yield scripts that restore damaged snapshots and go on with what the case does."""
+    """Yield scripts that restore damaged snapshots and continue with the script of the case."""
     events = [line for line in case.script if line.startswith(("post ", "dispatch "))]
     saved = snapshots(case)
     for _ in range(each if saved else 0):
@@ -79,7 +79,7 @@ def scripts(draw: random.Random, case: Case, each: int) -> Iterator[tuple[str, .
 
 
 def run_chart(seed: int, number: int, each: int, targets: Sequence[str]) -> Totals:
-    """Restore damaged snapshots of a random chart on targets; print what differs."""
+    """Restore damaged snapshots of a random chart on targets; print the differences."""
     case = random_case(seed, number, is_saved=True)
     draw = random.Random(f"{seed}:{number}")  # noqa: S311  (no secret)
     drawn = scripts(draw, case, each)

@@ -1,9 +1,9 @@
-"""A generated machine of the library under a script, giving the trace of the interpreter.
+"""Run a machine of the library by a script, and return the trace of the interpreter.
 
-The library has no word for what it leaves and enters, so a callback in front of all others marks
-each exit, transition and entry. What a chart does in three rounds (all exits, all content, all
-entries) the library does transition by transition; the marks are put into the order of the chart
-where that leaves what the host is told in the order in which it happened, and only there.
+The library does not report exits and entries, so a first callback marks each exit, transition and
+entry. A chart executes all exits, all content, then all entries; the library does so transition by
+transition. The marks are sorted into the order of the chart if that keeps the order of the calls
+of the host.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LONGEST = 1000
 
 @dataclass(frozen=True, slots=True)
 class TransitionsHarness:
-    """Runs charts on the library; `FsmkitError` for those that the target refuses."""
+    """Runs charts on the library; raises `FsmkitError` for charts that the target rejects."""
 
     name: str = "transitions"
 
@@ -48,7 +48,7 @@ class TransitionsHarness:
 
 @dataclass
 class Mark:
-    """A state left or entered or a transition taken, and what the host was told then."""
+    """An exit, a transition or an entry, and the calls of the host since the last mark."""
 
     order: tuple[int, int]
     """The round of the step, and the place in it."""
@@ -78,15 +78,15 @@ class Player:
         self._space: dict[str, Any] = {"__name__": f"fsmkit_generated_{self.names.names.machine}"}
         code = compile(module_text(chart), f"<{chart.name}>", "exec", dont_inherit=True)
         exec(code, self._space)  # noqa: S102  (the text is our own)
-        self.machine: Observed | None = None
+        self.machine: TracedMachine | None = None
 
     @property
     def is_running(self) -> bool:
-        """Whether the machine was started and has not come to its end."""
+        """Return whether the machine was started and has not ended."""
         return self.machine is not None and not self.machine.is_finished
 
     def play(self, line: Text) -> None:
-        """Do what a line says."""
+        """Execute a line."""
         read = read_line(self.chart, line)
         event = self.chart.events[read.event.event].name, read.event.payload
         match read.verb:
@@ -117,7 +117,7 @@ class Player:
             case "dump":
                 self.told += self._dump()
             case verb:
-                raise wrong_line(line, f"there is no script line `{verb}`")
+                raise wrong_line(line, f"`{verb}` is not a script line")
 
     def _post(self, occurrence: Occurrence) -> bool:
         fits = self.is_running and len(self.queue) < self.chart.capacities.queue
@@ -129,11 +129,11 @@ class Player:
         """Post in the middle of a step."""
         assert self.machine is not None  # noqa: S101  (it called an operation)
         fits = self._post(occurrence)
-        self.machine.tell(str(effect_line(self.chart, Posted(occurrence, fits))))
+        self.machine.add_line(str(effect_line(self.chart, Posted(occurrence, fits))))
         return fits
 
     def _run(self) -> None:
-        """Do what is to be done: what inputs enable, what was posted, what is due."""
+        """Process enabled inputs, posted events and expired timers."""
         if self.machine is not None and self.is_running and "inputs" in self.facts:
             self.machine.set_time(self.now)
             self.begin("eventless")
@@ -149,12 +149,12 @@ class Player:
             self._take(now, *self.queue.pop(0))
 
     def begin(self, cause: str) -> None:
-        """Tell what a macrostep is about."""
+        """Write the cause of a macrostep."""
         self._first = len(self.told)
         self.told.append(f"@{self.time % CLOCK} > {cause}")
 
     def end(self, *, is_empty: bool = False) -> None:
-        """Tell how a macrostep ended; ``is_empty``: not if nothing has happened."""
+        """Write the end of a macrostep; ``is_empty``: nothing if it had no effect."""
         if is_empty and len(self.told) == self._first + 1:
             del self.told[self._first :]
         else:
@@ -162,12 +162,12 @@ class Player:
 
     @property
     def time(self) -> int:
-        """Return the time of the machine, which lags behind while it does what was due."""
+        """Return the time of the machine, which is earlier while it processes expired timers."""
         is_timed = self.machine is not None and "timers" in self.facts
         return self.machine.now() if self.machine is not None and is_timed else self.now
 
     def _start(self) -> None:
-        self.machine = observed(self)
+        self.machine = traced_machine(self)
         self._set_inputs()
         self.told.append(f"@{self.now % CLOCK} > start")
         if self.moves.has_start:
@@ -210,8 +210,8 @@ class Player:
         return self._space[f"{machine}Model"], self._space[f"{machine}Machine"]
 
 
-class Observed:
-    """A machine of the library that tells what it does."""
+class TracedMachine:
+    """A machine of the library that writes a trace."""
 
     def __init__(self, player: Player, model: Any, machine: Any) -> None:
         """Put a mark in front of all callbacks."""
@@ -242,8 +242,8 @@ class Observed:
                 taken = partial(self._mark, (1, entry.index), f"t {entry.index}")
                 (found.before if entry.place == "before" else found.after).insert(0, taken)
 
-    def tell(self, line: str) -> None:
-        """Note what the host is told now."""
+    def add_line(self, line: str) -> None:
+        """Add a line about a call of the host."""
         (self._marks[-1].told if self._marks else self._before).append(line)
 
     def _mark(self, order: tuple[int, int], line: str, event: object) -> None:
@@ -262,15 +262,15 @@ class Observed:
             self._machine.now = now
 
     def settle(self) -> None:
-        """Let the machine take what inputs have enabled."""
+        """Take the transitions that inputs have enabled."""
         self._machine.settle()
 
     def wait(self, now: int) -> None:
-        """Let the machine do what is due."""
+        """Fire the expired timers."""
         self._machine.wait(now)
 
     def fire(self, call: Callable[[], None]) -> None:
-        """Do what is due first, and tell it."""
+        """Fire the expired timers, then write them to the trace."""
         _, _, name, _, what, arguments = min(self._machine.deadlines)
         self.set_time(min(self._machine.deadlines)[0])
         if isinstance(name, int):
@@ -289,8 +289,8 @@ class Observed:
         self._player.end()
         self._player.take_posted(self.now())
 
-    def tell_delay(self, name: object, delay: int, call: object, arguments: list[Any]) -> None:
-        """Tell that an event is sent later; the timers of states are not told."""
+    def add_delay(self, name: object, delay: int, call: object, arguments: list[Any]) -> None:
+        """Write the line of a delayed event; timers of states have none."""
         if isinstance(name, int):
             return
         if call == self._raise:
@@ -300,13 +300,13 @@ class Observed:
             values = arguments[: len(self.chart.events[index].fields)]
             event = self.chart.events[index].name
         shown = (value_text(frozen(value)) for value in values)
-        self.tell(" ".join(("delay", event, *shown, f"in {delay}")))
+        self.add_line(" ".join(("delay", event, *shown, f"in {delay}")))
 
-    def tell_cancel(self, names: tuple[object, ...]) -> None:
-        """Tell that what waits under an id is dropped."""
+    def add_cancel(self, names: tuple[object, ...]) -> None:
+        """Write the line of a cancelled event."""
         for name in names:
             if isinstance(name, str):
-                self.tell(f"cancel {name}")
+                self.add_line(f"cancel {name}")
 
     # --- events -------------------------------------------------------------------------------
 
@@ -317,7 +317,7 @@ class Observed:
             return bool(self.send_inside(event, *arguments))
         if not event.startswith("done.state."):
             shown = [value_text(frozen(argument)) for argument in arguments]
-            self.tell(" ".join(("raise", event, *shown)))
+            self.add_line(" ".join(("raise", event, *shown)))
         return bool(self.send_inside(event, *arguments))
 
     def send(self, event: str, payload: tuple[Value, ...]) -> None:
@@ -326,13 +326,13 @@ class Observed:
         self.send_inside(event, *payload)
 
     def close_step(self, event: str) -> None:
-        """Tell what one event did; called when the library has finished with it."""
+        """Write the trace of one event; called when the library has finished it."""
         self._steps += 1
         if self._steps > LONGEST:
             raise RuntimeError(f"more than {LONGEST} events in one macrostep")
         if self.is_finished and not self._marks:
             return  # raised before the end: the library finds nothing that takes it
-        is_exact = "order" in self._player.facts  # they come as in the chart
+        is_exact = "order" in self._player.facts  # their order is that of the chart
         rounds = self._marks if is_exact else sorted(self._marks, key=lambda mark: mark.order)
         happened = [line for mark in self._marks for line in mark.told]
         ordered = rounds if [line for mark in rounds for line in mark.told] == happened else None
@@ -345,8 +345,8 @@ class Observed:
         self._before, self._marks = [], []
         self.end_if_final()
 
-    def tell_rest(self) -> None:
-        """Tell what guards have told though nothing was taken."""
+    def add_guard_calls(self) -> None:
+        """Write the calls of guards without a taken transition."""
         self._told += self._before
         self._before = []
 
@@ -369,19 +369,19 @@ class Observed:
         return found
 
 
-def observed(player: Player) -> Observed:
-    """Return a new machine with a host that answers as those of all harnesses do."""
+def traced_machine(player: Player) -> TracedMachine:
+    """Return a new machine with the host of all harnesses."""
     model_class, machine_class = player.library_classes()
-    here: list[Observed] = []
+    here: list[TracedMachine] = []
 
-    def tell(line: str) -> None:
-        here[0].tell(line)
+    def add_line(line: str) -> None:
+        here[0].add_line(line)
 
-    methods = dict(_methods(player, tell))
+    methods = dict(_methods(player, add_line))
     model = type("Host", (model_class,), methods)()
 
-    class Told(machine_class):  # type: ignore[misc, valid-type]
-        """Says when the library has finished with an event."""
+    class FinishedReport(machine_class):  # type: ignore[misc, valid-type]
+        """Reports when the library has finished an event."""
 
         trigger = ""
 
@@ -405,27 +405,27 @@ def observed(player: Player) -> Observed:
             if is_taken:
                 here[0].close_step(player.names.always)
             else:
-                here[0].tell_rest()
+                here[0].add_guard_calls()
             return is_taken
 
         def fire(self) -> None:
             here[0].fire(super().fire)
 
         def arm(self, name: Any, delay: int, call: Any, *arguments: Any, **more: Any) -> None:
-            here[0].tell_delay(name, delay, call, list(arguments))
+            here[0].add_delay(name, delay, call, list(arguments))
             super().arm(name, delay, call, *arguments, **more)
 
         def disarm(self, *names: Any) -> None:
-            here[0].tell_cancel(names)
+            here[0].add_cancel(names)
             super().disarm(*names)
 
     time = {"now": player.now} if "timers" in player.facts else {}
-    here.append(Observed(player, model, Told(model, **time)))
+    here.append(TracedMachine(player, model, FinishedReport(model, **time)))
     return here[0]
 
 
 def _methods(
-    player: Player, tell: Callable[[str], None]
+    player: Player, add_line: Callable[[str], None]
 ) -> Iterator[tuple[str, Callable[..., Any]]]:
     chart, names, host = player.chart, player.names, player.host
 
@@ -433,7 +433,7 @@ def _methods(
         passed = tuple(frozen(argument) for argument in arguments)
         result = host.call(name, passed)
         tail = () if result is None else ("=", value_text(result))
-        tell(" ".join(("op", name, *map(value_text, passed), *tail)))
+        add_line(" ".join(("op", name, *map(value_text, passed), *tail)))
         return result
 
     def send(index: int, _: object, *arguments: object) -> None:
@@ -441,10 +441,10 @@ def _methods(
         values = arguments[: len(event.fields)]
         peer = [one for one in arguments[len(event.fields) :] if one is not None]
         shown = [value_text(frozen(value)) for value in values]
-        tell(" ".join(("out", event.name, *shown, *(f"to {one}" for one in peer))))
+        add_line(" ".join(("out", event.name, *shown, *(f"to {one}" for one in peer))))
 
     def log(_: object, label: str, *values: object) -> None:
-        tell(" ".join(("log", label, *(value_text(frozen(value)) for value in values))))
+        add_line(" ".join(("log", label, *(value_text(frozen(value)) for value in values))))
 
     sent = [_method(send, event.index) for event in chart.events]
     player.sent = {method: index for index, method in enumerate(sent)}

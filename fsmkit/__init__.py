@@ -8,9 +8,9 @@ The verbs of the command line as functions::
     model = fsmkit.export("cell.yaml", "promela")  # for another checker
     picture = fsmkit.draw(chart, "svg")
     session = fsmkit.Session(chart, operations=motor)  # runs it
-    fsmkit.live.show(session)  # in a page of this machine (import fsmkit.live)
+    fsmkit.live.show(session)  # in a local page (import fsmkit.live)
 
-Each takes the path of a file or what `read` made of it. Errors are an `FsmkitError`, which holds
+Each accepts the path of a file or the result of `read`. Errors are an `FsmkitError`, which holds
 the diagnostics. Parts are imported when they are first used.
 """
 
@@ -85,7 +85,7 @@ HOME_OF = {
     "Verdict": "verify.report.verdict",
     "WallClock": "runtime.clock",
 }
-"""Where each name that is only passed on is defined."""
+"""The module of each re-exported name."""
 
 
 class _PublicAPI(ModuleType):
@@ -121,24 +121,24 @@ def read(
     strict: bool = False,
     findings: Findings | None = None,
 ) -> Chart | System | Deployment:
-    """Read a file once, and return what it holds.
+    """Read a chart, a system or a deployment.
 
     Args:
         path: A chart in SCXML or YAML, a system or a deployment in YAML, a configuration of the
             library ``transitions`` (``.json``, ``.transitions.yaml``), or ``module:attribute``, a
             machine of that library, whose module is imported.
-        replace: Charts, by path, that machines of a system run instead of those the file names.
-        parameters: Values of parameters of a system, or of constants of a chart, by name: numbers,
-            or texts as the file has them.
-        strict: What SCXML would make an error at run time is an error of the chart.
-        findings: Where warnings and notes are left.
+        replace: Other charts for machines of a system, by path.
+        parameters: Values of the parameters of a system, or of the constants of a chart, by name:
+            numbers, or strings in the notation of the file.
+        strict: Reject what SCXML treats as an error at run time.
+        findings: Collects warnings and notes.
 
     Returns:
-        A YAML file with an outermost key ``nodes`` is a `Deployment`, one with ``system`` a
-        `System`; all other files are a `Chart`.
+        A `Deployment` for a YAML file with the top-level key ``nodes``, a `System` for one with
+        ``system``, and a `Chart` for all other files.
 
     Raises:
-        FsmkitError: With every finding, where something cannot be read or is no sound chart.
+        FsmkitError: With every finding, if a file cannot be read or has errors.
 
     """
     from fsmkit.system import any_file
@@ -166,16 +166,16 @@ def read_chart(
     """Read the chart of a file.
 
     Args:
-        path: As of `read`.
-        parameters: As of `read`.
-        strict: As of `read`.
-        findings: As of `read`.
+        path: See `read`.
+        parameters: See `read`.
+        strict: See `read`.
+        findings: See `read`.
 
     Returns:
-        The chart, with what it inherits and the charts that it invokes.
+        The chart, with inherited parts and the charts that it invokes.
 
     Raises:
-        FsmkitError: As of `read`; ``not-a-chart`` for a system or a deployment.
+        FsmkitError: See `read`; ``not-a-chart`` for a system or a deployment.
 
     """
     from fsmkit.system import any_file
@@ -193,21 +193,22 @@ def read_system(
     strict: bool = False,
     findings: Findings | None = None,
 ) -> System:
-    """Read what is explored of a file: a system; of a deployment, the system that it spreads.
+    """Read the system to explore; for a deployment, the system that it distributes.
 
     Args:
-        path: As of `read`.
-        replace: As of `read`.
-        wires: Files of boards, whose wires narrow what comes from the environment, and how often.
-        parameters: As of `read`.
-        strict: As of `read`.
-        findings: As of `read`.
+        path: See `read`.
+        replace: See `read`.
+        wires: Files of boards, whose wires restrict external events and their rates.
+        parameters: See `read`.
+        strict: See `read`.
+        findings: See `read`.
 
     Returns:
-        The system. A chart alone is one of a single machine, under all that may come.
+        The system. A single chart becomes a system of one machine with all possible external
+        events.
 
     Raises:
-        FsmkitError: As of `read`; ``not-a-system`` where a machine of a chart is to be replaced.
+        FsmkitError: See `read`; ``not-a-system`` if a machine of a chart is to be replaced.
 
     """
     from fsmkit.system import any_file
@@ -219,7 +220,7 @@ def read_system(
     return any_file.load_any(path, found, replacing, strict=strict, wires=files, parameters=given)
 
 
-def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)
+def compile(  # noqa: A001  (the name of the verb, used as fsmkit.compile)
     subject: Chart | System | Deployment | str | Path,
     target: str = "c",
     *,
@@ -229,27 +230,28 @@ def compile(  # noqa: A001  (the name of the verb; nobody imports it bare)
     findings: Findings | None = None,
     **options: str,
 ) -> dict[str, str]:
-    """Make the files of a machine; or of all machines of a system, in C with what connects them.
+    """Generate the files of a machine; for a system, all machines in C and the code between them.
 
     Args:
-        subject: What `read` returns, or a path. A deployment becomes a folder for each node.
+        subject: The result of `read`, or a path. A deployment becomes a folder for each node.
         target: ``c``, ``python``, ``pyext``, ``javascript``, ``fmu``, ``transitions``, or another
-            that is installed.
-        bounds: The capacities of the chart, or (C) as little as a check proves to be enough.
-        within: With ``bounds="from-check"``: the system in which a chart runs; else it is explored
-            as it is.
-        time: With ``bounds="from-check"``: how time passes in that check.
-        findings: Where warnings are left.
-        **options: The target's, as on the command line: ``prefix`` begins the names instead of the
-            chart's; ``optimize``, ``without`` (C); ``with`` (C, Python, pyext; as ``**{"with":
-            "save"}``); ``trace="on"`` (Python, pyext).
+            installed target.
+        bounds: The capacities of the chart, or (C) the smallest ones that a check proves
+            sufficient.
+        within: With ``bounds="from-check"``, the system in which a chart runs; by default it is
+            explored alone.
+        time: With ``bounds="from-check"``, the time model of that check.
+        findings: Collects warnings.
+        **options: Options of the target, as on the command line: ``prefix`` of generated names
+        (default: the chart's name); ``optimize``, ``without`` (C); ``with`` (C, Python, pyext; as
+        ``**{"with": "save"}``); ``trace="on"`` (Python, pyext).
 
     Returns:
-        Texts by relative path.
+        Contents by relative path.
 
     Raises:
-        FsmkitError: Where the target cannot express the subject; ``wrong-option`` for an option
-            that it does not have; ``bounds-not-proved``.
+        FsmkitError: If the target cannot express the subject; ``wrong-option`` for an unknown
+            option; ``bounds-not-proved``.
 
     """
     found = _collection(findings)
@@ -284,41 +286,42 @@ def check(
     ranks: Ranks | None = None,
     findings: Findings | None = None,
 ) -> Report:
-    """Explore a chart alone, or a system, and return the verdicts.
+    """Explore a chart or a system, and return the verdicts.
 
     Args:
-        subject: What `read` returns, or a path; of a deployment the system is explored.
-        time: ``zones``: time is dense, as far as it can be explored so (invoked charts and cyclic
-            schedules cannot: then a note says so, and it is discrete). ``discrete``: it passes by
-            the greatest common divisor of all delays. ``untimed``: an armed timer may fire at any
-            time.
-        properties: Decide these only (none named: all).
+        subject: The result of `read`, or a path; for a deployment, its system is explored.
+        time: ``zones``: dense time. Invoked charts and cyclic schedules need discrete time instead,
+            with a note. ``discrete``: time advances by the greatest common divisor of all delays.
+            ``untimed``: an armed timer may fire at any time.
+        properties: Names of the properties to decide (default: all).
         assume_watchdogs_silent: Transitions marked ``watchdog`` never fire; needs
             ``time="untimed"``.
-        engine: ``c``, ``python``, or C where there is a compiler.
-        memory: Bytes, which bound the exploration.
-        timeout: Seconds (0: none) for all that is done here, from reading on and in any thread.
-        workers: Cores to use (0: all); they do not change what is found.
-        reductions: Those that are applied, which change no verdict. ``dead``: data that nothing can
-            read any more count as at their start. ``sleep``: partial-order reduction by sleep sets.
-        storage: ``exact``, or ``hash-compact`` or ``bitstate``, which may miss states: what was not
-            found is then undecided.
-        search: ``explicit``: states are kept one by one. ``symbolic``: as one decision diagram, in
-            discrete time and untimed. ``auto``: one by one, and where there are millions also as a
-            diagram; the first to end answers.
-        order: Names of machines from the top of a diagram on; without them an order is sought.
-        max_pending: Events that may be queued when another comes from outside (0 to 4,294,967,295,
-            which is no limit). None: 1; in a symbolic search no limit, unless queues overflow so.
-        ranks: Processes of MPI that explore together, ``fsmkit.Ranks(4)``, on this machine or on
-            several; needs ``time="discrete"`` or ``"untimed"``.
-        findings: Where warnings and notes are left.
+        engine: ``c``, ``python``, or C if a compiler is available.
+        memory: Limit of the exploration in bytes.
+        timeout: Limit in seconds (0: none) for the whole call, including reading and all threads.
+        workers: Cores to use (0: all); they do not change the results.
+        reductions: The reductions to apply; they change no verdict. ``dead``: data that no later
+            step reads count as initial. ``sleep``: partial-order reduction by sleep sets.
+        storage: ``exact``, or ``hash-compact`` or ``bitstate``, which may miss states, so that
+            properties without a counterexample stay undecided.
+        search: ``explicit``: states are stored individually. ``symbolic``: states are stored as one
+            decision diagram, in discrete time and untimed. ``auto``: explicit, and with millions of
+            states also symbolic; the first to end decides.
+        order: Names of machines from the top of a decision diagram; by default an order is
+            computed.
+        max_pending: External-event bound: the number of queued events up to which another external
+            event may arrive (0 to 4,294,967,295, which is no limit). None: 1; in a symbolic search
+            no limit, unless queues would overflow.
+        ranks: MPI processes that explore together, ``fsmkit.Ranks(4)``, on one or several
+            computers; needs ``time="discrete"`` or ``"untimed"``.
+        findings: Collects warnings and notes.
 
     Returns:
         The report: ``verdict`` is the worst of all, ``results`` has each with its counterexample,
-        ``exploration`` the figures. What was not decided within memory and time is undecided.
+        ``exploration`` the figures. Properties not decided within memory and time are undecided.
 
     Raises:
-        FsmkitError: Where the subject cannot be read or explored; ``no-such-property``,
+        FsmkitError: If the subject cannot be read or explored; ``no-such-property``,
             ``no-such-reduction``, ``no-such-storage``, ``no-such-search``.
 
     """
@@ -358,24 +361,24 @@ def export(
     timeout: float = 0,
     findings: Findings | None = None,
 ) -> ExportedModel:
-    """Write a chart or a system, closed as it is explored, for another tool.
+    """Export a chart or a system, closed as for `check`, for another tool.
 
     Args:
-        subject: What `read` returns, or a path; of a deployment the system is written.
-        notation: ``uppaal``, ``cspm``, ``promela``, ``jani``, ``aut``, ``dot`` or another that is
-            installed.
-        time: As of `check`; other tools have no zones of ours.
-        properties: Carry over these only (none named: all).
-        assume_watchdogs_silent: As of `check`.
-        most: States; beyond them nothing is written.
-        timeout: Seconds (0: none).
-        findings: Where warnings and notes are left.
+        subject: The result of `read`, or a path; for a deployment, its system is exported.
+        notation: ``uppaal``, ``cspm``, ``promela``, ``jani``, ``aut``, ``dot`` or another installed
+            notation.
+        time: See `check`; other tools do not have fsmkit's zones.
+        properties: Names of the properties to export (default: all).
+        assume_watchdogs_silent: See `check`.
+        most: Maximum number of states.
+        timeout: Limit in seconds (0: none).
+        findings: Collects warnings and notes.
 
     Returns:
-        The text, and figures by name: ``states``, ``transitions``.
+        The content, and figures by name: ``states``, ``transitions``.
 
     Raises:
-        FsmkitError: Where the subject cannot be read, or the notation cannot say it;
+        FsmkitError: If the subject cannot be read, or the notation cannot express it;
             ``export-too-large`` beyond ``most`` and ``timeout``; ``no-such-property``.
 
     """
@@ -405,17 +408,17 @@ def draw(
     """Draw a chart by its states, or a system by its machines and their connections.
 
     Args:
-        subject: What `read` returns, or a path.
-        kind: ``svg``, ``png``, ``pdf``, which Graphviz makes; or a text: ``dot``, ``mmd`` (Mermaid)
-            or ``puml`` (PlantUML), the latter two of charts.
-        active: Names of states of a chart that stand out.
-        findings: Where warnings and notes are left.
+        subject: The result of `read`, or a path.
+        kind: ``svg``, ``png``, ``pdf`` by Graphviz, or a source: ``dot``, ``mmd`` (Mermaid) or
+            ``puml`` (PlantUML). The last two are for charts only.
+        active: Names of highlighted states of a chart.
+        findings: Collects warnings and notes.
 
     Returns:
-        A text, or the bytes of a picture.
+        A string, or the bytes of a picture.
 
     Raises:
-        FsmkitError: Where the subject cannot be read; ``unknown-suffix`` for another kind,
+        FsmkitError: If the subject cannot be read; ``unknown-suffix`` for another kind,
             ``unknown-name`` for a state, ``missing-graphviz``.
 
     """

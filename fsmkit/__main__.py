@@ -1,7 +1,7 @@
-"""``fsmkit``, and ``python -m fsmkit``: the command line, which an interrupt ends from here on.
+"""``fsmkit``, and ``python -m fsmkit``: run the command line, which an interrupt ends.
 
-What follows is imported within `main`, as it takes a while in which nothing would answer an
-interrupt but a traceback.
+`main` imports the other modules, because an interrupt during these imports must not print a
+traceback.
 """
 
 import atexit
@@ -15,14 +15,14 @@ from types import FrameType
 
 def _leave(number: int, frame: FrameType | None) -> None:
     del frame
-    os._exit(128 + number)  # nothing was begun
+    os._exit(128 + number)  # nothing was started
 
 
 def _open_closed_streams() -> None:
     """Connect each standard stream that the caller closed to the null device.
 
-    Python has no object for a closed stream, and the next file that is opened would get its
-    number: a result could then end up inside a chart.
+    Python has no object for a closed stream. The next opened file would get its number, so that
+    output could end up in a chart.
     """
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is None:
@@ -49,21 +49,21 @@ def main() -> None:
 
 
 def _nothing_waits() -> bool:
-    """Whether no other thread runs on, and nobody measures this process until its very end."""
+    """Return whether no other thread runs, and no tool measures this process to its very end."""
     monitoring = getattr(sys, "monitoring", None)  # from Python 3.12 on
     watched = monitoring is not None and any(map(monitoring.get_tool, range(6)))
     return not (watched or sys.gettrace() or sys.getprofile() or threading.active_count() > 1)
 
 
 def _end(code: int) -> None:
-    """End as Python does, but leave the memory to the system.
+    """Exit like Python, but leave freeing the memory to the system.
 
-    To free what a chart of 10,000 states holds took a second, and the modules of a verb some
-    hundredths. What libraries want to do at the end, such as to remove folders, is done.
+    Freeing a chart of 10,000 states took a second, and the modules of a verb some hundredths. Exit
+    functions of libraries, such as removal of folders, run.
     """
     atexit._run_exitfuncs()  # noqa: SLF001  (as `multiprocessing` ends its processes)
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError):  # closed, or nobody reads it; that was reported
+        with suppress(OSError, ValueError):  # closed or without a reader, which was reported
             stream.flush()
     os._exit(code)
 

@@ -1,10 +1,10 @@
-"""Plug-ins: found by looking, never listed.
+"""Find plug-ins.
 
-A folder under ``fsmkit`` that holds a ``plugin.py`` is a plug-in; the module defines one constant,
-``PLUGIN``. Packages outside this tree register theirs as entry points of the group
-``fsmkit.plugins``. The protocols are defined where they are called: `fsmkit.document.front_ends`,
-`fsmkit.codegen.target`, `fsmkit.chart.drawing.drawing` and others. A plug-in module imports what
-does the work within its methods, because all plug-ins are imported to find one.
+A folder under ``fsmkit`` that holds a ``plugin.py`` is a plug-in. The module defines one constant,
+``PLUGIN``. Other packages register theirs as entry points of the group ``fsmkit.plugins``. The
+protocols are defined by their callers: `fsmkit.document.front_ends`, `fsmkit.codegen.target`,
+`fsmkit.chart.drawing.drawing` and others. A plug-in module imports its implementation within its
+methods, because all plug-ins are imported to find one.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ def plugins(kind: type[Kind]) -> tuple[Kind, ...]:
 
 
 def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:
-    """Return the plug-in of that protocol for the suffix of a file; ``at`` is what names it."""
+    """Return the plug-in of that protocol for a file's suffix; ``at``: location for findings."""
     by_suffix = {s: p for p in plugins(kind) for s in p.suffixes}  # type: ignore[attr-defined]
     fitting = [suffix for suffix in by_suffix if path.name.lower().endswith(suffix)]
     if not fitting:
         known = ", ".join(sorted(by_suffix))
         raise fail(
             "unknown-suffix",
-            f"the suffix `{path.suffix.lower()}` of `{path.name}` tells no notation",
+            f"the suffix `{path.suffix.lower()}` of `{path.name}` is not that of a notation",
             at,
             help=f"use one of {known}",
         )

@@ -1,5 +1,4 @@
-"""The yardstick: what generated machines cost beside machines written by hand for the same work.
+"""The yardstick: compare generated machines with machines written by hand for the same work.
 
-Run it as ``python -m benchmarks.comparison``; ``docs/reference/benchmarks.md`` says what is
-counted.
+Run ``python -m benchmarks.comparison``; ``docs/reference/benchmarks.md`` describes the figures.
 """

@@ -29,7 +29,7 @@ _SWITCH = re.compile(r"#\s*(?:ifn?def|(?:el)?if\b.*?\bdefined\s*\(?)\s*(FSM_NO_\
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A way to generate a machine: options of the target, macros of the compiler."""
+    """A configuration of a machine: options of the target, macros of the compiler."""
 
     name: str
     options: Mapping[str, str] = field(default_factory=dict)
@@ -90,7 +90,7 @@ def generate(chart: Chart, variant: Variant) -> Machine:
 
 
 def different(machines: list[Machine]) -> tuple[list[Machine], list[str]]:
-    """Return the machines whose text is new, and the names of the others with what they equal."""
+    """Return the machines with a new source, and the names of the others with their equals."""
     kept: list[Machine] = []
     same: list[str] = []
     for machine in machines:
@@ -189,7 +189,7 @@ def call(machine: Machine, verb: str) -> str:
 
 
 def _argument(machine: Machine, parameter: str) -> str:
-    """Return what the driver passes; time stands still."""
+    """Return the argument of the driver; time does not advance."""
     type_ = re.sub(r"\bconst\b|\w+$", "", parameter).replace(" ", "")
     known = {
         f"{machine.prefix}*": "&machine",

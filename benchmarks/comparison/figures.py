@@ -1,4 +1,4 @@
-"""What is measured, as values; ratios to the limit and to the aims."""
+"""The measured values, and their ratios to limits and goals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ AIMS = {"A": Aim(17, 400, 4), "B": Aim(25, 650, 4), "C": Aim(38, 2200, 8)}
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """The figures of one machine in C; None for what could not be measured."""
+    """The figures of one machine in C; None for missing measurements."""
 
     chart: str
     name: str
@@ -49,7 +49,7 @@ class Machine:
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What a machine takes with one part, less what it takes without."""
+    """The cost of a part: a machine with it compared to one without it."""
 
     chart: str
     name: str
@@ -124,8 +124,8 @@ def less(value: Number | None, other: Number | None) -> Number | None:
 
 
 def per_event(once: int, twice: int, loop: int, count: int) -> float:
-    """Return the instructions of an event, from runs of ``count`` and twice as many events.
+    """Return the instructions per event, from runs of ``count`` and twice as many events.
 
-    ``loop`` is the same difference for a machine that only returns; its return is not taken off.
+    ``loop`` is the same difference for a machine that only returns; its return is not subtracted.
     """
     return (twice - once - loop) / count + 1

@@ -1,4 +1,4 @@
-"""The figures of machines in C, by hand and by fsmkit, measured in the same way."""
+"""Measure machines in C, handwritten and generated, in the same way."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ PARTS = {
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """Where to build, and where to report what could not be measured."""
+    """The build folder, and the list of failed measurements."""
 
     work: Path
     note: Callable[[str], None]
 
     def attempt(self, what: Callable[[], Found]) -> Found | None:
-        """Return what a measurement gives; None, with a note, if it cannot be done."""
+        """Return the result of a measurement; None, with a note, if it fails."""
         try:
             return what()
         except UnavailableError as error:
@@ -62,7 +62,7 @@ def counted(program: Path, stream: Stream, mode: str) -> tuple[int, int]:
 
 
 def net(program: Path, empty: Path, stream: Stream, mode: str) -> float:
-    """Return the instructions of an event, without those of the loop."""
+    """Return the instructions per event, without those of the loop."""
     once, twice = counted(program, stream, mode)
     loop_once, loop_twice = counted(empty, stream, mode)
     return per_event(once, twice, loop_twice - loop_once, EVENTS)
@@ -77,7 +77,7 @@ class Build:
     folder: Path
 
     def flags(self) -> list[str]:
-        """Return what each compilation is given."""
+        """Return the flags of each compilation."""
         return ["-I.", *(f"-D{macro}" for macro in self.machine.variant.macros)]
 
     def sources(self) -> list[str]:
@@ -107,7 +107,7 @@ class Build:
         return code_bytes(sections(tool, self.folder / "all.o"))
 
     def ram(self, tool: tuple[str, ...]) -> int:
-        """Return the bytes of the struct beside the user's variables."""
+        """Return the size of the struct without the user's variables, in bytes."""
         run([*tool, *self.flags(), "-c", "bench_size.c", "-o", "bench_size.o"], self.folder)
         found = sections(tool, self.folder / "bench_size.o")
         return found[".bench_ram"] - found[".bench_user"]
@@ -156,9 +156,9 @@ def figures(bench: Bench, made: Build, kind: str = FSMKIT) -> Machine:
 
 
 def prices(bench: Bench, made: Build, whole: Machine) -> list[Price]:
-    """Return what parts cost: of the interface, and those that a macro leaves out.
+    """Return the costs of parts: of the interface, and those that a macro removes.
 
-    ``whole`` holds the figures of the machine with all that macros may leave out.
+    ``whole`` holds the figures of the machine with all removable parts.
     """
     m0 = bench.attempt(partial(costs, made, CORTEX_M0)) or {}
     x64 = bench.attempt(partial(costs, made, HOST)) or {}

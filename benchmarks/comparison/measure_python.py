@@ -18,7 +18,7 @@ FEW = 5_000
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A contender with its events and the seconds that each round took."""
+    """A contender with its events and the seconds of each round."""
 
     contender: Contender
     events: bytes
@@ -45,7 +45,7 @@ def entered(stream: Stream, contender: Contender, count: int) -> Entry:
 
 
 def without_history(stream: Stream, events: bytes) -> bytes:
-    """Return events in which nothing asks for the history: ``ON`` for each ``RESUME``."""
+    """Return events without uses of the history: ``ON`` for each ``RESUME``."""
     if "RESUME" not in stream.names:
         return events
     resume, on = (stream.names.index(name) for name in ("RESUME", "ON"))

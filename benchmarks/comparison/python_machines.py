@@ -35,7 +35,7 @@ class Run:
     """All variables in the order of the digest; the first is ``n``."""
 
     def feed(self, prepared: Sequence[Any]) -> None:
-        """Process events: the only part of which the time is taken."""
+        """Process events; only this part is timed."""
         send = self.send
         if send is None:
             for call in prepared:
@@ -66,7 +66,7 @@ def did(run: Run, events: bytes) -> tuple[str, str]:
 
 
 def is_correct(contender: Contender, events: bytes, expected: Digests) -> bool:
-    """Return whether a machine does what the model does."""
+    """Return whether a machine behaves like the model."""
     return did(contender.start(), events) == (expected.work, expected.path)
 
 

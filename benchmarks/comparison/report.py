@@ -38,7 +38,7 @@ def sheets(results: Results) -> list[Sheet]:
 
 
 def instructions(results: Results) -> Sheet:
-    """Return the table of what an event costs in C."""
+    """Return the table of the cost of an event in C."""
 
     def row(machine: Machine) -> tuple[str, ...]:
         least = limit(results.machines, machine.chart, "instructions")
@@ -108,7 +108,7 @@ def verdict(machine: Machine) -> str:
 
 
 def prices(results: Results) -> Sheet:
-    """Return the table of what parts cost: a column for each known figure and each chart."""
+    """Return the table of the costs of parts: a column for each known figure and each chart."""
     charts = sorted({price.chart for price in results.prices})
     parts = dict.fromkeys((price.name, price.part) for price in results.prices)
     found = {(price.name, price.part, price.chart): price for price in results.prices}

@@ -15,14 +15,14 @@ CPU_INFO = Path("/proc/cpuinfo")
 
 
 def machine_name(cpu_info: str) -> str:
-    """Return the architecture and the processor, as Linux tells it."""
+    """Return the architecture and the processor, as Linux reports them."""
     found = re.search(r"^model name\s*:\s*(.+)$", cpu_info, re.MULTILINE)
     processor = found[1] if found else platform.processor()
     return " ".join(f"{platform.machine()} {processor}".split())
 
 
 def this_machine() -> str:
-    """Return the name of the machine that measures; it tells nothing of whose it is."""
+    """Return the name of the measuring computer, without personal data."""
     return machine_name(CPU_INFO.read_text(encoding="utf-8") if CPU_INFO.is_file() else "")
 
 

@@ -25,7 +25,7 @@ class UnavailableError(Exception):
 
 
 def run(command: Sequence[str | Path], folder: Path) -> str:
-    """Return what a command prints; `UnavailableError` if it is not there or fails."""
+    """Return the output of a command; raises `UnavailableError` if it is missing or fails."""
     words = [str(word) for word in command]
     if shutil.which(words[0], path=None) is None and not Path(words[0]).is_file():
         help_ = "; `make tools` installs it" if words[0] in INSTALLED_BY_MAKE else ""
@@ -38,7 +38,7 @@ def run(command: Sequence[str | Path], folder: Path) -> str:
 
 
 def version(tool: str, folder: Path) -> str:
-    """Return the first line that a tool says of its version; empty if it is missing."""
+    """Return the first line of a tool's version output; empty if it is missing."""
     try:
         return run([tool, "--version"], folder).splitlines()[0]
     except (UnavailableError, IndexError):
@@ -68,12 +68,12 @@ def read_count(text: str) -> int:
 
 
 def sections(tool: tuple[str, ...], file: Path) -> dict[str, int]:
-    """Return the bytes of each section of an object file; those of one name are added."""
+    """Return the bytes of each section of an object file; equal names are added."""
     return read_sections(run([SIZES[tool], "-A", "-d", file], file.parent))
 
 
 def read_sections(text: str) -> dict[str, int]:
-    """Return the bytes of each section in what ``size -A -d`` prints."""
+    """Return the bytes of each section in the output of ``size -A -d``."""
     found: dict[str, int] = {}
     for name, size in _SECTION.findall(text):
         found[name] = found.get(name, 0) + int(size)
@@ -81,9 +81,9 @@ def read_sections(text: str) -> dict[str, int]:
 
 
 def code_bytes(sections: dict[str, int]) -> int:
-    """Return the bytes of code and constants, which is what a machine takes of a flash memory.
+    """Return the bytes of code and constants, which a machine needs in flash memory.
 
-    Initialized data counts, for its start values are there too; tables for unwinding do not.
+    Initialized data count, because flash holds their initial values; unwind tables do not.
     """
     kinds = (".text", ".rodata", ".data")
     return sum(

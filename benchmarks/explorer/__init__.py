@@ -1,1 +1,1 @@
-"""The explorer beside SPIN: the same closed systems, the same number of states."""
+"""Compare the explorer with SPIN: the same closed systems, the same number of states."""

@@ -1,22 +1,20 @@
 """Measure: ``python -m benchmarks.explorer [--count N] [--rounds N]``.
 
-Both tools explore the dining philosophers and a token ring exhaustively, with all reductions off
-that would leave out states, on one core, compiled by the same compiler with the same flags.
-Processor seconds and the largest resident size are those of the whole process, as the system
-accounts for them; of several rounds, in which all take turns, the median is shown. SPIN runs in its
-fastest exhaustive mode for each system: depth first for the philosophers, breadth first for the
-ring. Where it is not installed, its rows are missing.
+Both tools explore the dining philosophers and a token ring exhaustively, without reductions that
+omit states, on one core, with the same compiler and flags. Processor seconds and maximum resident
+size are those of the whole process, by the system's accounts. The median of several alternating
+rounds is shown. SPIN runs in its fastest exhaustive mode for each system: depth first for the
+philosophers, breadth first for the ring. Without SPIN its rows are missing.
 
-fsmkit leaves out steps of which it takes another order (``core/search/sleep_sets.h``). It finds
-the same states
-so, at the same distances, and counts the same transitions; a second row has it take every step, a
-third one lets two cores search, a fourth one keeps states as a decision diagram
-(``core/symbolic``), so that its seconds are not those of any one state, and the last ones are of
-one and two processes by MPI (``core/mpi``), where that is installed; their memory is that of all.
+fsmkit omits steps if it takes another order of them (``core/search/sleep_sets.h``). It still finds
+the same states at the same distances, and counts the same transitions. A second row takes every
+step, a third one uses two cores, and a fourth one stores states as a decision diagram
+(``core/symbolic``), so that its seconds do not relate to single states. The last ones use one and
+two MPI processes (``core/mpi``), if installed; their memory is the sum.
 
-Where other work shares the cores, the clock shows how busy they are, not how well two of them are
-used. So the processor seconds of the busier of two threads are shown, too: what one core takes,
-divided by these, is how much faster two idle cores could be, waiting left out.
+If other work shares the cores, the clock shows their load instead of the speedup. Therefore the
+processor seconds of the busier of two threads are shown, too. The seconds of one core divided by
+these are the speedup on two idle cores, without waiting.
 """
 
 from __future__ import annotations
@@ -93,9 +91,9 @@ MODELS = (
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What one tool took: seconds of processor time and of the clock, bytes of memory at most.
+    """The cost of one tool: seconds of processor and clock, maximum memory in bytes.
 
-    ``busiest``: processor seconds of the thread that had most; 0 where that cannot be seen.
+    ``busiest``: processor seconds of the busiest thread; 0 if unknown.
     """
 
     tool: str
@@ -119,7 +117,7 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Spent:
-    """What a process took; see `Measured`."""
+    """The cost of a process; see `Measured`."""
 
     seconds: float
     elapsed: float
@@ -146,7 +144,7 @@ def busiest_thread(process: int) -> float:
 
 
 def run(command: list[str], folder: Path) -> tuple[str, Spent]:
-    """Return what a program printed, and what it took."""
+    """Return the output of a program, and its cost."""
     with (folder / "said").open("w+") as said:
         begin = time.monotonic()
         process = subprocess.Popen(command, stdout=said, cwd=folder)
@@ -163,7 +161,7 @@ def run(command: list[str], folder: Path) -> tuple[str, Spent]:
 def explore(
     program: Path, tool: str, more: tuple[str, ...], folder: Path, ahead: tuple[str, ...] = ()
 ) -> Measured:
-    """Run an explorer once; ``ahead``: what starts it."""
+    """Run an explorer once; ``ahead``: a command that starts it."""
     said, spent = run([*ahead, str(program), *more], folder)
     told = json.loads(said.splitlines()[-1])["result"]
     if told["outcome"] != "complete":
@@ -220,7 +218,7 @@ def middle(found: list[Measured]) -> Measured:
 
 
 def mpi_starts() -> bool:
-    """Return whether two processes of MPI can be started here; Open MPI refuses root by default."""
+    """Return whether two MPI processes can be started here; Open MPI rejects root by default."""
     if shutil.which("mpicc") is None or shutil.which("mpirun") is None:
         return False
     begun = subprocess.run([*launcher(Ranks(2)), "true"], capture_output=True, check=False)

@@ -1,1 +1,1 @@
-"""Round trips between two nodes in real time, and the jitter of their loops beside cyclictest's."""
+"""Measure round trips between two real-time nodes, and compare loop jitter with cyclictest."""

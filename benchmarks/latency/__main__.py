@@ -70,7 +70,7 @@ def endpoints() -> list[str]:
 
 
 def measure(folder: Path, report: Path, period_us: int, link_priority: int, seconds: int) -> Case:
-    """Run both nodes for some seconds; the report of the loop goes to a file."""
+    """Run both nodes for some seconds; write the report of the loop to a file."""
     ends = endpoints()
     numbers = [str(period_us), str(PRIORITY), str(link_priority)]
     far = subprocess.Popen(
@@ -96,7 +96,7 @@ def measure(folder: Path, report: Path, period_us: int, link_priority: int, seco
 @click.option("--load", default=0, show_default=True, help="Processes that compute meanwhile.")
 @click.option("--out", default="build/latency", type=click.Path(path_type=Path), show_default=True)
 def main(seconds: int, load: int, out: Path) -> None:
-    """Print round trips at 1 kHz and 10 kHz; draw the jitter of the loop beside cyclictest's."""
+    """Print round trips at 1 kHz and 10 kHz; draw the loop's jitter and cyclictest's."""
     out.mkdir(parents=True, exist_ok=True)
     if shutil.which("cc") is None:
         raise click.ClickException("it needs a C compiler, `cc`")

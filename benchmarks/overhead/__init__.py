@@ -1,4 +1,4 @@
-"""What each part of a generated machine costs where it is used, and that it is free elsewhere.
+"""Measure the cost of each part of a generated machine, and that unused parts are free.
 
 ``python -m benchmarks.overhead`` prints the table of ``docs/reference/benchmarks.md``.
 """

@@ -20,7 +20,7 @@ END = "<!-- end -->\n"
 
 @dataclass(frozen=True, slots=True)
 class Price:
-    """What a part takes where it is used, and where it is not."""
+    """The cost of a part where it is used, and where it is not."""
 
     part: Part
     used: Figures

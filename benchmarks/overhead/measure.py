@@ -1,4 +1,4 @@
-"""Bytes on a Cortex-M0, instructions on the host: of a machine, and of what it has more."""
+"""Measure bytes on a Cortex-M0 and instructions on the host, of machines and differences."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ const char ram[1 + sizeof(pump)] __attribute__((section(".price_ram"))) = {0};
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """Of a machine, or a difference between two."""
+    """The figures of a machine, or the difference between two."""
 
     code: int
     """Bytes, Cortex-M0 -Os, that the linker keeps."""
@@ -58,7 +58,7 @@ class Figures:
     """An event, gcc -O2 on the host, with what the turn needs to give it."""
 
     def less(self, other: Figures) -> Figures:
-        """Return what this one has more."""
+        """Return the difference to `other`."""
         return Figures(
             self.code - other.code,
             self.ram - other.ram,
@@ -67,7 +67,7 @@ class Figures:
 
 
 class Meter:
-    """Measures machines, each that is asked for again only once."""
+    """Measures machines, each only once."""
 
     def __init__(self, folder: Path) -> None:
         """Work in a folder."""
@@ -89,7 +89,7 @@ class Meter:
         return found
 
     def difference(self, with_it: Program, without_it: Program) -> Figures:
-        """Return what one machine takes more than another."""
+        """Return the additional cost of one machine over another."""
         return self.figures(with_it).less(self.figures(without_it))
 
 

@@ -1,4 +1,4 @@
-"""The parts that have a price: a machine with one beside a machine without."""
+"""The priced parts: for each, a machine with it and a machine without it."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ PARTS = (
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """What a call takes that is no event."""
+    """The cost of a call that is not an event."""
 
     name: str
     with_it: Callable[[], Program]

@@ -1,4 +1,4 @@
-"""One small chart, with and without what is to be priced."""
+"""One small chart, with and without the priced part."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ALONE = re.compile(r"^ *if \(m->fsm\.busy\) \{\n[^\n]*\n *\}\n", re.MULTILINE)
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """A machine as a host uses it: its files, the functions that are called, what a turn does."""
+    """A machine in use: its files, the called functions, and the body of a cycle."""
 
     files: Mapping[str, str]
     sources: tuple[str, ...]
@@ -67,7 +67,7 @@ TAKEN = dispatched("start", "stop")
 
 
 def pump(text: str, *, without: Sequence[str] = (), extras: Sequence[str] = ()) -> Program:
-    """Return the machine of a chart, made without some parts and with some others."""
+    """Return the machine of a chart, built without some parts and with some others."""
     options = {"without": ",".join(without), "with": ",".join(extras)}
     with TemporaryDirectory(prefix="fsmkit-") as folder:
         path = Path(folder) / "pump.yaml"

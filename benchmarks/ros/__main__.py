@@ -1,8 +1,8 @@
 """Measure round trips between two nodes in C that exchange topics by Cyclone DDS.
 
-Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own; the threads of
-DDS have a priority above that of the loops. ``--strace`` counts the system calls of the loop's
-thread of one of them.
+Two processes on this computer run `ping.yaml` and `pong.yaml` in loops of their own. The threads
+of DDS have a priority above that of the loops. ``--strace`` counts the system calls of one loop's
+thread.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ def chart_file(letter: str) -> Path:
 
 
 def read_chart(path: Path) -> Chart:
-    """Read a chart that uses only what the charts of the yardstick use."""
+    """Read a chart with the features of the yardstick's charts only."""
     root = etree.parse(path).getroot()
     states = {state.name: state for state in _states(root, None)}
     histories = {

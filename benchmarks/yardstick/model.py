@@ -1,4 +1,4 @@
-"""An interpreter of the charts by the rules of SCXML, and the digests of what a run does."""
+"""An interpreter of the charts by the rules of SCXML, and the digests of its runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The streams of events, and the digests of what they do."""
+"""The streams of events, and the digests of their runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SEED = 12345
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """How the events of a stream are drawn."""
+    """The random distribution of the events in a stream."""
 
     weights: Mapping[str, int]
     """Events in the order of their numbers. The sum is a power of two."""

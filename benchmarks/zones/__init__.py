@@ -1,1 +1,1 @@
-"""Dense time: models of the literature as charts, beside a simple zone search of their networks."""
+"""Dense time: models of the literature as charts, and a simple zone search of their networks."""

@@ -1,12 +1,11 @@
 """Measure: ``python -m benchmarks.zones [--seconds N] [--model NAME]``.
 
-Models of the literature in dense time, with more and more processes: the charts under ``machines/``
-by the explorer, and the networks of the literature by hand (`networks`) by a simple zone search in
-Python (`search`). Fischer's chart is its network, step by step, so the counts are equal. In the
-other charts messages are queued and read one by one, and a timer that ends is an event, so they
-have more states than the networks, in which both are part of a step. Processor seconds are those
-of the search alone. Each of the two goes on with one process more until a run takes longer than the
-limit.
+Models of the literature in dense time, with increasing numbers of processes: the charts under
+``machines/`` by the explorer, and the networks of the literature (`networks`) by a simple zone
+search in Python (`search`). Fischer's chart equals its network step by step, so the counts are
+equal. In the other charts, queued messages and expiring timers are separate steps, so they have
+more states than the networks. Processor seconds are those of the search alone. Each tool continues
+with one process more until a run exceeds the limit.
 """
 
 from __future__ import annotations

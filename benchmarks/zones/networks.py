@@ -1,8 +1,8 @@
-"""Timed automata of the literature, by hand: what the charts under ``machines/`` are models of.
+"""Timed automata of the literature, modelled by the charts under ``machines/``.
 
 Constants and edges of CSMA/CD: Tripakis and Yovine 2001, with the step from `retry` to itself that
 later authors added; FDDI: Daws, Olivero, Tripakis and Yovine 1996; the train gate: Yi, Pettersson
-and Daniels 1994, as UPPAAL has it among its examples; Fischer's protocol as in UPPAAL's.
+and Daniels 1994, as among UPPAAL's examples; Fischer's protocol as in UPPAAL's.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def fischer(count: int, write: int = 2, wait: int = 3) -> Network:
 
 
 def csma_cd(count: int, frame: int = 808, cable: int = 26) -> Network:
-    """Return stations on a bus, which is clock 1; the data are whom the collision reaches next."""
+    """Return stations on a bus, which is clock 1; the data are the next stations of a collision."""
     twice = 2 * cable
 
     def hears(number: int) -> Edge:
@@ -121,7 +121,7 @@ def fddi(count: int, sync: int = 20, delay: int = 0) -> Network:
 
 
 def train_gate(count: int) -> Network:
-    """Return trains and a gate; the data are who crosses and who waits, in order."""
+    """Return trains and a gate; the data are the crossing and waiting trains, in order."""
 
     def of_train(i: int) -> tuple[Edge, ...]:
         def joined(data: Data) -> Data:

@@ -1,9 +1,9 @@
-"""A simple zone search: networks of timed automata, one zone after the other.
+"""A simple zone search of networks of timed automata.
 
-The textbook's forward search (Bengtsson and Yi 2004): breadth first, difference bound matrices,
-a zone is passed over where a kept one of the same locations and data includes it. Extrapolation is
-Extra+LU with bounds of each location (Behrmann, Bouyer, Larsen and Pelanek 2006), which also
-forgets clocks that are reset before they are read. It shares nothing with the explorer.
+It is the textbook's forward search (Bengtsson and Yi 2004): breadth first, with difference bound
+matrices. A zone included in a stored one of the same locations and data is skipped. Extrapolation
+is Extra+LU with bounds of each location (Behrmann, Bouyer, Larsen and Pelanek 2006), which also
+removes clocks that are reset before they are read. It shares no code with the explorer.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Network:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """How many different locations with data, zones kept, and steps taken."""
+    """The numbers of locations with data, of stored zones, and of steps."""
 
     discrete: int
     zones: int
@@ -63,7 +63,7 @@ class Found:
 
 
 def search(network: Network) -> Found:
-    """Explore all that a network can reach."""
+    """Explore all reachable states of a network."""
     space = _Space(network)
     start = tuple(a.initial for a in network.automata), network.data
     zone = space.settled([1] * space.size**2, start[0])

@@ -49,17 +49,17 @@ def random_charts(seed: int, numbers: Iterable[int]) -> Iterator[Chart]:
             yield chart
 
 
-def played(
+def build_and_run(
     files: Mapping[str, str], calls: int, seed: int, *flags: str, beyond: bool = False
 ) -> list[str]:
-    """Build a program and return what it prints."""
+    """Build and run a program; return its output."""
     with tempfile.TemporaryDirectory(prefix="fsmkit-") as name:
         build(files, Path(name), flags)
         return run(Path(name), calls, seed, beyond=beyond)
 
 
 def failures_of(lines: Sequence[str], counted: Counter[str]) -> Iterator[str]:
-    """Yield what went wrong by the lines of a program of charts; add up its figures."""
+    """Yield the failures in the output of a program of charts; add up its figures."""
     digests: dict[str, str] = {}
     for line in lines:
         if line.startswith(FAILED):
@@ -73,25 +73,27 @@ def failures_of(lines: Sequence[str], counted: Counter[str]) -> Iterator[str]:
 
 
 def abuse(charts: Sequence[Chart], calls: int, seed: int, counted: Counter[str]) -> Iterator[str]:
-    """Run the builds of some charts; yield what went wrong and add up what was done."""
+    """Run the builds of some charts; yield the failures and add up the figures."""
     for flags in CHECKS:
-        lines = played(machine_program(charts), calls, seed, *flags)
+        lines = build_and_run(machine_program(charts), calls, seed, *flags)
         for failure in failures_of(lines, counted):
             yield f"{' '.join(flags) or 'plain'}: {failure}"
 
 
 def abuse_system(path: Path, calls: int, seed: int) -> Iterator[str]:
-    """Run the joined machines of a system, in each form; yield what went wrong."""
+    """Run the joined machines of a system, in each form; yield the failures."""
     for form in FORMS:
         files = system_program(load_system(path, Findings()), is_small=form == "size")
         for flags in CHECKS:
-            lines = played(files, calls, seed, *flags)
+            lines = build_and_run(files, calls, seed, *flags)
             yield from (f"{form}: {line}" for line in lines if line.startswith(FAILED))
 
 
 def error_beyond(chart: Chart, calls: int, seed: int) -> str:
     """Return the kind of the first error of a chart with values outside of their types."""
-    lines = "\n".join(played(machine_program([chart]), calls, seed, beyond=True)).splitlines()
+    lines = "\n".join(
+        build_and_run(machine_program([chart]), calls, seed, beyond=True)
+    ).splitlines()
     for line in lines:
         for kind in KINDS:
             _, found, rest = line.partition(kind)

@@ -128,7 +128,7 @@ def _subject(out: Emitter, names: Names, name: str, label: str, machine: str = "
 
 
 def _joined(out: Emitter, s: str, parts: Sequence[Part]) -> None:
-    """Print what `bad_system.c` needs of a system."""
+    """Print the parts of a system for `bad_system.c`."""
     with out.function("static void system_init(void *m)"):
         out.line(f"{s}_init(({s} *)m);")
     for name in ("start", "run"):
@@ -177,7 +177,7 @@ def build(files: Mapping[str, str], folder: Path, flags: Sequence[str] = ()) -> 
 
 
 def run(folder: Path, calls: int, seed: int, *, beyond: bool = False) -> list[str]:
-    """Return the lines that the program prints; the last one says what ended it early."""
+    """Return the output of the program; the last line gives the reason of an early end."""
     command = [str(folder / "bad_host"), str(calls), str(seed), str(int(beyond))]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=SECONDS)

@@ -1,12 +1,12 @@
-"""Edit texts at random with requests in between: nothing may raise, and nothing may be stale.
+"""Edit files at random between requests: no request may fail or return stale results.
 
 ``python -m devtools.editor.fuzzing machines --edits 100000``
 
-Each file of a folder is edited in turn: characters deleted and inserted, words and lines swapped,
-pieces of other files pasted. After each edit one or two features are asked at a random place. At
-the end of a round the file has its text back, and the index answers as a fresh one does. The folder
-is copied first: what is changed in it meanwhile is no difference. An interrupt ends the campaign
-after the round, and prints what was found.
+Each file of a folder is edited in turn: characters are deleted and inserted, words and lines
+exchanged, pieces of other files pasted. After each edit, one or two features are requested at a
+random position. At the end of a round the file has its original content, and the index must answer
+like a new one. The folder is copied first, so that external changes do not matter. An interrupt
+ends the campaign after the round, and prints the results.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ Ask = Callable[[Context, Path, types.Position], object]
 
 def diagnose(context: Context, path: Path, _: types.Position) -> object:
     """Return the findings of a file, as they are published."""
-    return diagnostics_of(context, context.analyses.of(path).findings, path)
+    return diagnostics_of(context, context.analyses.analysis(path).findings, path)
 
 
 def whole(_: Context) -> types.Range:
@@ -60,11 +60,11 @@ def whole(_: Context) -> types.Range:
     return types.Range(types.Position(0, 0), types.Position(100_000, 0))
 
 
-def renamed(context: Context, path: Path, position: types.Position) -> object:
-    """Return what a renaming changes, or why it cannot be."""
+def rename_result(context: Context, path: Path, position: types.Position) -> object:
+    """Return the edits of a renaming, or the reason of its rejection."""
     try:
         made = rename.renaming(context, path, position, "zz_fuzzed")
-    except rename.RenameRefused as refused:
+    except rename.RenameError as refused:
         return str(refused)
     return {p: len(spans) for p, spans in made.places.items()}
 
@@ -85,7 +85,7 @@ ASKED: dict[str, Ask] = {
     "lenses": lambda c, p, _: lenses.lenses(c, p),
     "hints": lambda c, p, _: lenses.hints(c, p, whole(c)),
     "actions": lambda c, p, _: actions.code_actions(c, p, whole(c), None, ()),
-    "rename": renamed,
+    "rename": rename_result,
     "diagnostics": diagnose,
 }
 
@@ -110,7 +110,7 @@ def edited(text: str, chance: random.Random, pieces: list[str]) -> str:
 
 
 def answers(context: Context, path: Path) -> list[Any]:
-    """Return what is answered of a file without a place, to be compared."""
+    """Return the responses about a file that need no position, for comparison."""
     start = types.Position(0, 0)
     names = ("symbols", "tokens", "folding", "links", "diagnostics")
     return [ASKED[name](context, path, start) for name in names]
@@ -161,14 +161,14 @@ def campaign(given: argparse.Namespace, folder: Path) -> int:
             lines = context.lines(path)
             for name in chance.sample(list(ASKED), 1 + (edits % 7 == 0)):
                 if name in ("references", "rename", "lenses") and edits % 5:
-                    name = "completion"  # noqa: PLW2901  (those look at all files)
+                    name = "completion"  # noqa: PLW2901  (these features read all files)
                 place = types.Position(0, 0)
                 if lines is not None:
                     place = lines.position(chance.randrange(len(lines.text) + 1))
                 asked[name] += 1
                 try:
                     ASKED[name](context, path, place)
-                except Exception:  # noqa: BLE001  (that is what is looked for)
+                except Exception:  # noqa: BLE001  (any exception is a failure)
                     last = traceback.format_exc()
                     key = f"{name}: {' | '.join(last.strip().splitlines()[-3:])}"
                     if key not in wrong:

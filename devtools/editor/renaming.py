@@ -1,10 +1,10 @@
-"""Rename each name of a system, see that it means the same, and rename it back.
+"""Rename each name of a system, check that the meaning is unchanged, and rename it back.
 
 ``python -m devtools.editor.renaming machines/production_cell ring.yaml cell.yaml --most 400``
 
-After each renaming the systems are read again with the changed texts: there is no finding that was
-not there, and the Plan of each machine and all connections are equal up to the name. Renamed back,
-every text is what it was, byte for byte.
+After each renaming the systems are read again from the changed sources. There must be no new
+finding, and the Plan of each machine and all connections must be equal up to the name. Renamed
+back, every source must be equal byte for byte.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pathlib import Path
 from fsmkit.diagnostics import Findings
 from fsmkit.editor.analysis import Analyses
 from fsmkit.editor.context import Context
-from fsmkit.editor.features.rename import RenameRefused, Renaming, renaming
+from fsmkit.editor.features.rename import RenameError, Renaming, renaming
 from fsmkit.editor.index.symbols import Occurrence, Role, Symbol, SymbolKind
 from fsmkit.editor.index.workspace import Workspace
 from fsmkit.plan.lower import lower
@@ -33,7 +33,7 @@ FRESH = "zz_renamed"
 
 
 def meaning(system: System) -> str:
-    """Return what a system means: the Plans of its machines and its wires, as text."""
+    """Return the Plans and wires of a system as a string."""
     plans = [[m.name, plan_document(lower(m.chart))] for m in system.machines]
     return json.dumps(
         {
@@ -62,15 +62,15 @@ def named(context: Context, paths: tuple[Path, ...]) -> Iterator[tuple[Path, Occ
 
 
 def apply(context: Context, made: Renaming) -> None:
-    """Take the texts that a renaming makes as those of the editor."""
+    """Set the renamed sources as the open files of the editor."""
     for path in made.places:
         file = context.workspace.file(path)
         assert file is not None  # noqa: S101  (it was just read)
         context.workspace.set_text(path, made.text(path, file.source.text).encode())
 
 
-def told(context: Context, paths: tuple[Path, ...]) -> tuple[list[str], list[str]]:
-    """Return what some systems mean, and what is found in them."""
+def meanings_and_findings(context: Context, paths: tuple[Path, ...]) -> tuple[list[str], list[str]]:
+    """Return the meaning and the findings of some systems."""
     meanings, found = [], []
     with context.workspace.unsaved():
         for path in paths:
@@ -81,7 +81,7 @@ def told(context: Context, paths: tuple[Path, ...]) -> tuple[list[str], list[str
 
 
 def main() -> int:
-    """Run the campaign; 1 where a renaming was refused or changed what a system means."""
+    """Run the campaign; return 1 if a renaming was rejected or changed a meaning."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("systems", nargs="+")
@@ -94,7 +94,7 @@ def main() -> int:
     places = list(named(context, paths))
     step = max(1, len(places) // given.most)
     chosen = places[given.skip % step :: step][: given.most]
-    before = told(context, paths)
+    before = meanings_and_findings(context, paths)
     counts: Counter[str] = Counter()
     wrong: list[str] = []
     times: list[float] = []
@@ -104,14 +104,14 @@ def main() -> int:
         began = time.perf_counter()
         try:
             made = renaming(context, path, position, new)
-        except RenameRefused as refused:
+        except RenameError as refused:
             wrong.append(f"{path.name} {occurrence.symbol}: refused: {refused}")
             continue
         times.append(time.perf_counter() - began)
         originals = {p: context.source(p) for p in made.places}
         apply(context, made)
         try:
-            after = told(context, paths)
+            after = meanings_and_findings(context, paths)
             back = re.compile(rf"(?<![A-Za-z0-9]){new}(?![A-Za-z0-9])")
             if [back.sub(made.old, text) for text in after[0]] != before[0]:
                 wrong.append(f"{path.name} {occurrence.symbol}: another meaning")

@@ -94,7 +94,7 @@ def main(
                 report_limits(chart, findings)
                 if findings.has_errors:
                     reasons = "; ".join(dict.fromkeys(f.message for f in findings))
-                    console.print(f"{chart.name} is left out: {reasons}", markup=False)
+                    console.print(f"{chart.name} is skipped: {reasons}", markup=False)
                     continue
                 account = endure(
                     chart,

@@ -19,11 +19,11 @@ from fsmkit.runtime.library import C_LIBRARY
 
 HERE = Path(__file__).parent
 PREFIX = "x"
-"""Of the machine in the program, whatever the chart's name is."""
+"""Prefix of the machine in the program."""
 
 
 def report_limits(chart: Chart, findings: Findings) -> None:
-    """Say what of a chart has no account yet: invoked charts, delayed events, compound values."""
+    """Report unsupported parts of a chart: invoked charts, delayed events, compound values."""
 
     def refuse(what: str, span: Span | None) -> None:
         findings.add("c-limit", f"an endurance run keeps no account of {what}", span)
@@ -73,7 +73,7 @@ def _main(names: Names) -> str:
 
 
 def _tables(out: Emitter, chart: Chart) -> None:
-    """Print how much there is of what is counted, and which states answer an event."""
+    """Print the sizes of the counters, and the states that handle an event."""
     out.line(f"enum {{ TRANSITIONS = {len(chart.transitions)}, STATES = {len(chart.states)},")
     out.line(f"       EVENTS = {len(posted_events(chart))} }};")
     with out.block(

@@ -16,7 +16,7 @@ BASIS, PRIME, MASK = 14695981039346656037, 1099511628211, 2**64 - 1
 
 
 class Note(IntEnum):
-    """What goes into the digest; as in endurance.c."""
+    """The content of the digest; as in endurance.c."""
 
     BEGAN_EVENT = 1
     BEGAN_TIMEOUT = 2
@@ -35,7 +35,7 @@ class Note(IntEnum):
 
 
 def replay(chart: Chart, script: Sequence[str]) -> dict[str, int]:
-    """Return what endurance.c prints of a session, by name."""
+    """Return the figures that endurance.c prints of a session, by name."""
     player = Player(chart)
     found: Counter[str] = Counter()
     digest = BASIS

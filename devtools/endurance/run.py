@@ -23,7 +23,7 @@ PATIENCE = 3600
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """What became of all events and timers of a chart; ``figures`` by the names of endurance.c."""
+    """The fate of all events and timers of a chart; ``figures`` by the names of endurance.c."""
 
     chart: Chart
     figures: dict[str, int]
@@ -31,9 +31,9 @@ class Account:
     replayed: int
     """Sessions that the interpreter did again, with the same figures and digest."""
     compared: int
-    """Of these, those of which every line of the trace is that of each target, too."""
+    """Number of these sessions whose trace equals that of each target, too."""
     lines: int
-    """Of those traces."""
+    """Number of lines in those traces."""
 
 
 def endure(
@@ -47,10 +47,10 @@ def endure(
     compared: int = 0,
     tell: Callable[[str], object] = lambda _: None,
 ) -> Account:
-    """Run a chart for that many simulated seconds in ``folder``; the law that fails is an error.
+    """Run a chart for `seconds` simulated seconds in ``folder``; a violated law is an error.
 
-    ``samples``: sessions that the interpreter does again; the first ``compared`` of them are also
-    run by ``targets``, and their traces compared line by line. ``tell`` hears what is being done.
+    ``samples``: sessions that the interpreter repeats. The first ``compared`` of them also run on
+    ``targets``, and their traces are compared line by line. ``tell`` receives progress messages.
     """
     findings = Findings()
     report_limits(chart, findings)
@@ -86,7 +86,7 @@ def _build(chart: Chart, folder: Path) -> bool:
         if done.returncode == 0:
             return bool(sanitizers)
         said = said or done.stderr
-    raise fail("harness-failed", f"the compiler refused the program: {said.strip()[:2000]}")
+    raise fail("harness-failed", f"the compiler rejected the program: {said.strip()[:2000]}")
 
 
 def _run(folder: Path, seconds: int, seed: int, samples: int) -> list[str]:

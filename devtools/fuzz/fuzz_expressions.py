@@ -78,7 +78,7 @@ NAMES = ("a", "b", "f", "flag", "list", "code", "lost", "goto", "idle", "event.n
 
 
 def seeds() -> Iterator[str]:
-    """Yield texts of each kind, those of the tests in both dialects."""
+    """Yield sources of each kind, those of the tests in both dialects."""
     yield from SEEDS
     for text in strings_of_tests("expressions", "model", "hostile"):
         if 0 < len(text) < 400:
@@ -87,7 +87,7 @@ def seeds() -> Iterator[str]:
 
 
 def mutate(content: bytes, most: int, seed: int) -> bytes:
-    """Change a token or two, or else a byte."""
+    """Change one or two tokens, or some bytes."""
     random = Random(seed)
     if random.random() < 0.2 or not content:
         return atheris.Mutate(content, most)
@@ -107,7 +107,7 @@ def cross(first: bytes, second: bytes, most: int, seed: int) -> bytes:
 
 
 def target(content: bytes) -> None:
-    """Read a text as everything it could be; what is typed can be folded, and spelt again."""
+    """Read a source as each possible kind; typed ones are folded and formatted."""
     started = time.process_time()
     value = content[1:].decode("utf-8", errors="replace")
     text = Text(value, Span(Source("fuzz", value), 0, len(value)))

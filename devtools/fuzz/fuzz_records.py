@@ -93,7 +93,7 @@ def cross(first: bytes, second: bytes, most: int, seed: int) -> bytes:
 
 
 def target(content: bytes) -> None:
-    """Read and follow; what could not be read is counted."""
+    """Read and follow records; unreadable bytes must be counted."""
     started = time.process_time()
     data = content[1:]
     with suppress(UnicodeError):  # seeds are written as text

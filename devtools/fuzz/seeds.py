@@ -1,7 +1,7 @@
-"""What the targets begin with: the charts and texts that the project has anyway.
+"""The seeds of the fuzz targets: charts and sources of the project.
 
-The charts of machines, each in both notations; small random charts, likewise; and the strings of
-the tests, among which are most of the things that a chart can hold, right and wrong.
+These are the charts of machines in both notations, small random charts, and the strings of the
+tests, which contain most constructs of charts, valid and invalid.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from fsmkit.plugins import plugin_for, plugins
 PROJECT = Path(__file__).parents[2]
 RANDOM_CHARTS = 100
 LONGEST = 6_000
-"""Bytes of a seed: what is longer takes so long that little is tried."""
+"""Maximum size of a seed in bytes; longer ones slow down the search."""
 
 
 def charts(suffix: str) -> Iterator[str]:

@@ -47,7 +47,7 @@ FORMS = (
     "send e content {}", "cancel ({})", "reply {}", "log {}, 'a', {}", "goto({})", "e(n {})",
     "{} = {}", "{}[4] = 1", "{}..{}", "{} wrap = 0", "goto(n {}) -> bool",
 )  # fmt: skip
-"""Every form of an expression, a statement and a declaration, around what is there."""
+"""All forms of expressions, statements and declarations, around a source."""
 
 
 def pick(random: Random, *pools: Sequence[str]) -> str:
@@ -62,7 +62,7 @@ def word(random: Random, names: Sequence[str]) -> str:
 
 
 def changed(text: str, random: Random, names: Sequence[str]) -> str:
-    """Return a text that differs in a token or two, or stands in a larger one."""
+    """Return a source that differs in one or two tokens, or is part of a larger one."""
     if random.random() < 0.3:
         return random.choice(FORMS).replace("{}", text or word(random, names), 1).replace(
             "{}", word(random, names)

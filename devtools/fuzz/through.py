@@ -1,7 +1,7 @@
-"""How far a chart that is fuzzed is taken, and its bounds.
+"""Process a fuzzed chart within limits of time and memory.
 
-Whatever bytes hold, they end as a chart or with findings, in five seconds and a gigabyte; a chart
-written in either notation is that chart. Any exception but `FsmkitError` is a crash.
+Any input must end as a chart or with findings, within five seconds and a gigabyte. A chart written
+in either notation must equal itself. Any exception but `FsmkitError` is a crash.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from fsmkit.plan.lower import lower
 from fsmkit.plugins import plugins
 
 BASE = read_document(PROJECT / "machines" / "production_cell" / "module.scxml", Findings())
-"""What a chart extends that extends anything."""
+"""The base of charts that extend another."""
 FOLDER = PROJECT / "devtools" / "fuzz" / "charts"
-"""Where the chart seems to be: names in it lead to what a state can be filled with, or nowhere."""
+"""The folder of the chart; file names lead to a usable chart, or do not exist."""
 SECONDS = 5
-"""Of computing, for one input."""
+"""Maximum processor seconds for one input."""
 
 
 def through(content: bytes, name: str, front_end: FrontEnd) -> None:
@@ -35,7 +35,7 @@ def through(content: bytes, name: str, front_end: FrontEnd) -> None:
     findings = Findings()
     try:
         chart = _chart(content, name, front_end, findings)
-        assert chart is not None or findings.has_errors, "refused without a word"
+        assert chart is not None or findings.has_errors, "rejected without a finding"
         if chart is not None:
             _written(chart, findings)
     except FsmkitError as error:
@@ -68,7 +68,7 @@ def _meaning(document: Document, findings: Findings, *, strict: bool) -> Chart |
 
 
 def _converted(document: Document, chart: Chart, *, strict: bool) -> None:
-    """Check that in each notation the document is the same chart, or said not to be expressible."""
+    """Check that each notation keeps the chart, or reports that it cannot express it."""
     for notation in plugins(FrontEnd):
         try:
             written = notation.write(document)

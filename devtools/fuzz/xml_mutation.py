@@ -24,7 +24,7 @@ from fsmkit.scxml.names import (
 )
 
 BYTES = 0.1
-"""How often bytes are changed instead: what is no XML is met at once, and said."""
+"""Probability of byte mutations, which mostly give invalid XML."""
 NAME = re.compile(r"[^\W\d][\w.-]*")
 
 STATE_NAMES = ("id", "target", "initial", "state", "defer")
@@ -129,7 +129,7 @@ def _change(root: ET.Element, random: Random) -> None:
 
 
 def _move(element: ET.Element, elements: list[ET.Element], random: Random) -> None:
-    """Copy an element to a place where one of its kind stands, or to any place."""
+    """Copy an element beside one of its kind, or to any position."""
     kin = [e for e in elements if any(child.tag == element.tag for child in e)]
     parent = random.choice(kin if kin and random.random() < 0.7 else elements)
     moved = copy.deepcopy(element)
@@ -158,7 +158,7 @@ def _insert(
 
 
 def _attribute(element: ET.Element, random: Random) -> str:
-    """Return the name of an attribute that an element can have; empty where there is none."""
+    """Return an attribute that an element can have, or an empty string."""
     local = _local(element.tag)
     if EXTENSION in element.tag:
         choices = sorted(EXTENSION_ELEMENTS.get(local, ()))
@@ -172,7 +172,7 @@ def _attribute(element: ET.Element, random: Random) -> str:
 def _value(
     name: str, old: str, elements: list[ET.Element], names: list[str], random: Random
 ) -> str:
-    """Return a value for an attribute: one that its kind has, or the old one changed."""
+    """Return a value for an attribute: one of its kind, or a modification of the old one."""
     way = random.random()
     if way < 0.3:
         kin = (

@@ -18,7 +18,7 @@ Part = Any
 """A text, a list of parts, or parts by key, as the loader without any types gives them."""
 
 BYTES = 0.15
-"""How often bytes are changed instead: it is the notation of YAML that this reaches."""
+"""Probability of byte mutations, which exercise the notation of YAML."""
 NAME = re.compile(r"[^\W\d][\w.-]*")
 KEYS = sorted({*keys.CHART, *keys.STATE, *keys.LABELLED, *keys.INVOKE, *keys.DONE, *keys.CAPACITY,
                *keys.EVENTS})  # fmt: skip

@@ -1,4 +1,4 @@
-"""Random charts: decisions in (`choices`), Documents, systems and scripts out.
+"""Random charts: convert decisions (`choices`) to Documents, systems and scripts.
 
-Whatever is decided, a chart is valid by construction and its runs end.
+Every chart is valid by construction, and its runs end.
 """

@@ -1,4 +1,4 @@
-"""Where random transitions lead: mostly to one state, of any kind and distance."""
+"""Choose targets of random transitions: mostly one state, of any kind and distance."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from fsmkit.language import BOOL, FLOAT64, INT32, SYMBOL, Field, IntType, Type
 from fsmkit.language.statements.tree import Assign, Block, DocArgument, Log
 
 DONE_TYPES: tuple[Type, ...] = (INT32, BOOL, INT32, COLOR, SYMBOL, FLOAT64)
-"""What the data of final states are declared as: nothing but their values tells it."""
+"""Types of the data of final states, which follow from their values."""
 
 
 class Behaviour:
@@ -76,7 +76,7 @@ class Behaviour:
             return ()
         fields = self._done[parent.id]
         first = next(child for child in parent.children if child.kind is Kind.FINAL)
-        if node is not first:  # what it leaves out has the default value
+        if node is not first:  # omitted values have the default
             fields = tuple(f for f in fields if self._choices.chance(70))
         return tuple(DocArgument(text(f.name), text(self._done_value(f.type))) for f in fields)
 
@@ -131,7 +131,7 @@ class Behaviour:
         return tuple(found)
 
     def _branches(self, node: Node) -> tuple[DocTransition, ...]:
-        # towards real states that can be left or that end, so that most choices come to rest
+        # towards states that can be left or are final, so that most choices end
         calm = [n for n in self._states if n.kind in (Kind.ATOMIC, Kind.FINAL)]
         found = []
         for _ in range(self._choices.integer(0, 2)):
@@ -167,7 +167,7 @@ class Behaviour:
     ) -> DocTransition:
         kind = self._choices.integer(0, 19)
         guard = self._terms.boolean(2) if kind < 19 else None
-        if kind < 14:  # counted, so that most loops come to an end
+        if kind < 14:  # counted, so that most loops end
             guard = f"({guard}) and {TURNS} < {self._choices.integer(1, MOST_TURNS)}"
             count = Assign(text(TURNS), text("1"), PLACE, "+")
             content = (count, *(content or ()))

@@ -21,7 +21,7 @@ TURNS = "turns"
 """The counter that ends most loops of eventless transitions."""
 MOST_TURNS = 20
 DELAYS = ("1ms", "2ms", "5ms", "10ms", "10ms", "20ms", "35ms")
-"""Few different ones, so that several timers often fall due at once."""
+"""Few different delays, so that several timers often expire together."""
 
 
 def is_local(variable: Named) -> bool:

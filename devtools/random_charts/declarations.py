@@ -21,7 +21,7 @@ PAIR = lang.RecordType(
     ),
 )
 BYTES = lang.ArrayType(lang.MACHINE_INTEGERS["uint8"], 3)
-"""Of payloads; as a variable where one is needed to make such a payload of."""
+"""Types of payloads; a variable of each exists if a payload needs it."""
 RANGES = (
     lang.IntType(0, 9),
     lang.IntType(0, 3),

@@ -108,7 +108,7 @@ class _Deriver:
         if could_end and not node.can_end:  # a transition on its done event would be an error
             grower.end(added)
 
-    # --- what the derived chart says --------------------------------------------------------
+    # --- content of the derived chart --------------------------------------------------------
 
     def states(self) -> tuple[doc.DocState, tuple[doc.DocState, ...]]:
         """Return the root, with the new top-level states, and the changes of inherited ones."""

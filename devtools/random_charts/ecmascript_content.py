@@ -1,7 +1,7 @@
-"""Random content of SCXML with the ECMAScript data model, as text.
+"""Random content of SCXML with the ECMAScript data model, as source.
 
-Most of it has a meaning; some is an error of content by the standard (SCXML 5.9), and a chart must
-live with that in the same way on every runtime.
+Most of it has a meaning. Some is an error of content by the standard (SCXML 5.9), which every
+runtime must handle equally.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LATER = "wait"
 IDS = "key"
 """A variable that holds ids of delayed sends."""
 TEXT, MADE = "t0", "t1"
-"""Variables of few strings: of those below, and of what methods make of them."""
+"""Variables with few string values: those below, and results of methods on them."""
 TEXTS = ("up.1", "down.22", "x")
 OPEN, OTHER = "seen", "kept"
 """Arrays whose types have no length."""
@@ -35,7 +35,7 @@ BAD = ("nowhere + 1", "n0.foo()", "new Date()", "n0 +", "_event.data.nothing", "
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """An event of the chart: how it carries its payload, and of what kinds its fields are."""
+    """An event of the chart: the form of its payload, and the kinds of its fields."""
 
     name: str
     numbers: tuple[str, ...] = ()
@@ -56,7 +56,7 @@ MESSAGES = (
 
 
 def tag(element: str, body: str = "", /, **attributes: str | None) -> str:
-    """Return an element; attributes that are None are left out, `_` at the end of names too."""
+    """Return an element without attributes that are None; a trailing `_` of names is removed."""
     given = "".join(
         f" {key.rstrip('_')}={quoteattr(value)}"
         for key, value in attributes.items()
@@ -72,7 +72,7 @@ class Script:
     choices: Choices
     states: tuple[str, ...]
     message: Message | None = field(default=None)
-    """The event at hand, if it is certain which."""
+    """The current event, if it is known."""
 
     # --- expressions ------------------------------------------------------------------------
 
@@ -340,7 +340,7 @@ class Script:
         return tag("foreach", body, array=array, item=item, index=index)
 
     def _bad(self) -> str:
-        """Return what is an error when it is executed, after which the block ends (4.2)."""
+        """Return content that fails when executed, after which the block ends (4.2)."""
         bad = self.choices.pick(BAD)
         return self.choices.pick(
             (

@@ -29,7 +29,7 @@ class Function:
 
 
 def random_functions(choices: Choices, names: Names) -> tuple[Function, ...]:
-    """Return some functions that may read what the names say; there is always one."""
+    """Return at least one function that may read `names`."""
     found: list[Function] = []
     for number in range(choices.integer(1, 4)):
         function = _function(choices, names, f"fn{number}")
@@ -65,7 +65,7 @@ class _Body:
     result: Type
 
     def block(self, depth: int) -> stmt.Block:
-        """Return statements that return on each way."""
+        """Return statements that return on each path."""
         found: list[stmt.WrittenStatement] = []
         body = self
         for _ in range(body.content.choices.integer(0, 3)):

@@ -1,6 +1,6 @@
 """Random charts that invoke random charts, up to two levels deep (SCXML 6.4, 6.5).
 
-The charts are those of `random_document`; here they are given events to talk to each other.
+The charts are those of `random_document` with additional events that they exchange.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from fsmkit.language.statements import tree as stmt
 
 OVER = "over"
 SAID, GIVEN, HEARD = "said", "given", "heard"
-"""Data: how often something was said, what an invoked chart was given, what was heard last."""
+"""Data: number of sent messages, argument of an invoked chart, last received value."""
 MOST_SAID = 12
 """Two charts that answer each other for ever would let `run` take very long."""
 NUMBER = "0..99"
 MICROSTEPS = "12"
-"""A chart that ends at once and is invoked again takes this many rounds of as many microsteps."""
+"""Rounds of microsteps for a chart that ends immediately and is invoked again."""
 UP, DOWN = ("up", "up.more"), ("down", "down.more")
 """Events to the invoker, and to the invoked; the first of each has a payload."""
 
@@ -62,7 +62,7 @@ _INVOKING = (doc.Kind.ATOMIC, doc.Kind.COMPOUND, doc.Kind.PARALLEL)
 
 
 def _ending(document: doc.Document) -> doc.Document:
-    """Return a document with a final state at the top, for what is heard to lead to."""
+    """Return a document with a final top-level state as target of received messages."""
     over = doc.DocState(
         text(OVER), doc.Kind.FINAL, PLACE, done_data=(stmt.DocArgument(text("n"), text(GIVEN)),)
     )
@@ -101,7 +101,7 @@ Part = TypeVar("Part")
 
 
 def _with_own_operations(document: doc.Document, name: str) -> doc.Document:
-    """Return a document whose operations have other names than those of another chart."""
+    """Return a document whose operations differ in name from those of another chart."""
     document = _with_own_events(document, name) if name != "Random" else document
     names = [operation.name.value for operation in document.operations]
     if not names:
@@ -170,7 +170,7 @@ def _assign(name: str, value: str) -> stmt.Assign[Text, Text]:
 
 
 class _Speaker:
-    """Lets the states of a chart say something, and listen."""
+    """Adds messages to the states of a chart."""
 
     def __init__(
         self,
@@ -186,7 +186,7 @@ class _Speaker:
         self.targets = [f"#_{name}" for name in names] + (["#_parent"] if is_invoked else [])
 
     def state(self, state: doc.DocState) -> doc.DocState:
-        """Return a state that may say something when entered and left, and react."""
+        """Return a state that may send messages when entered and left, and react to them."""
         children = tuple(self.state(child) for child in state.children)
         if state.kind not in (*_INVOKING, doc.Kind.FINAL) or state.id is None:
             return replace(state, children=children)
@@ -201,7 +201,7 @@ class _Speaker:
         return replace(state, children=children, entry=entry, exit=exit_, transitions=transitions)
 
     def say(self) -> stmt.Block:
-        """Return a message, as long as not too much has been said."""
+        """Return the sending of a message, limited in number."""
         target = self.choices.pick(self.targets)
         plain = UP if target == "#_parent" else DOWN
         event = self.choices.pick(plain)
@@ -212,7 +212,7 @@ class _Speaker:
         return (stmt.If((stmt.Branch(condition, (_assign(SAID, f"{SAID} + 1"), send)),), PLACE),)
 
     def listen(self) -> doc.DocTransition:
-        """Return a transition on what is said, or on the end of an invoked machine."""
+        """Return a transition on a message, or on the end of an invoked machine."""
         heard = [UP[0], *UP, *self.ends, "error.communication"] if self.names else []
         if "#_parent" in self.targets:
             heard += [DOWN[0], *DOWN]

@@ -1,7 +1,7 @@
-"""Random scripts for a chart: what the host of a machine does, line by line.
+"""Random scripts for a chart: the calls of a host, line by line.
 
-A script begins with ``start`` and ends with ``dump``. Times are ticks modulo 2^32; many scripts
-begin shortly before the clock wraps around.
+A script starts with ``start`` and ends with ``dump``. Times are ticks modulo 2^32; many scripts
+start shortly before the clock wraps around.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def random_script(
     returning = [*result_types(chart).items()]
     for _ in range(choices.integer(1, length)):
         kind = choices.integer(0, 9)
-        # what an invoked machine does is one effect of the interpreter, behind that of posting
+        # a step of an invoked machine is one effect of the interpreter, after that of posting
         if chart.operations and not chart.invocations and events and choices.chance(50):
             event = _event(choices, chart, choices.pick(events).index, symbols)
             lines.append(f"within {choices.integer(1, 2)} {event}")

@@ -1,7 +1,7 @@
-"""Random expressions of the data language, as text, typed by construction.
+"""Random expressions of the action language as source, typed by construction.
 
-The interval kept of each integer term is at least as wide as the one type inference finds, and
-stays far from the bounds of int64, so that no term is refused for leaving it.
+The interval of each integer term is at least as wide as the inferred one, and far from the bounds
+of int64, so that no term is rejected for leaving them.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class Terms:
 
     @property
     def plain(self) -> Terms:
-        """What makes expressions without calls of functions, so that they end."""
+        """Return a generator of expressions without function calls, so that they end."""
         return Terms(self.choices, replace(self.names, functions=()))
 
     def duration(self) -> str:
@@ -94,7 +94,7 @@ class Terms:
         return tuple(name for name, part in self._all_parts() if part == type_)
 
     def _all_parts(self) -> Iterator[tuple[str, lang.Type]]:
-        """Yield each part of a record, with its type: of variables, and of the event at hand."""
+        """Yield each part of a record with its type: of variables, and of the current event."""
         records = [(v.name, v.type) for v in self.names.variables]
         records += [(f"event.{f.name}", f.type) for f in self.names.fields]
         for name, type_ in records:
@@ -102,7 +102,7 @@ class Terms:
                 yield from ((f"{name}.{part.name}", part.type) for part in type_.fields)
 
     def same(self, type_: lang.Type) -> tuple[str, ...]:
-        """Return what has exactly that type."""
+        """Return the terms of exactly that type."""
         own = tuple(v.name for v in self.names.variables if v.type == type_) + self.parts(type_)
         return own + tuple(f"event.{f.name}" for f in self.names.fields if f.type == type_)
 
@@ -233,7 +233,7 @@ class Terms:
         return Term(f"{left.at(binds)} {op} {right.at(binds + 1)}", result, binds)
 
     def _divide(self, left: Term, op: str) -> Term:
-        # a divisor that is always zero may be refused: so it is a variable, or not zero
+        # a divisor that is always zero may be rejected: so it is a variable, or not zero
         divisors = [
             Term(v.name, v.type)
             for v in self.names.variables

@@ -1,8 +1,8 @@
-"""Random charts that are filled with random charts: one to four copies, arrays, up to two levels.
+"""Random charts that use random charts: one to four copies, arrays, up to two levels.
 
-Both are those of `random_document`; here names of the used ones are bound at random to what fits
-of the chart around them, exit points lead on, and the chart around reads its copies.
-`random_pair` gives a chart and one that does nothing but use it, with what each name has become.
+Both are those of `random_document`. Names of the used ones are bound at random to fitting names of
+the using chart, exit points lead on, and the using chart reads its copies. `random_pair` returns a
+chart and one that only uses it, with the new name of each name.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def used_document(choices: Choices, number: int) -> doc.Document:
 
 
 def is_sound(documents: tuple[doc.Document, ...]) -> bool:
-    """Whether a chart has no errors.
+    """Return whether a chart has no errors.
 
-    One that asks for the names of events cannot be copied, and a parallel state with a copy that
-    never ends has no done event any more.
+    A chart that reads the names of events cannot be copied. A parallel state with a copy that
+    never ends has no done event.
     """
     findings = Findings()
     chart = elaborate(documents, findings)
@@ -144,7 +144,7 @@ class _Host:
         return self.charts[name]
 
     own: Chart = field(init=False)
-    """The chart around, without what fills it."""
+    """The using chart, without the used one."""
 
     def __post_init__(self) -> None:
         self.own = elaborate((self.document,), Findings()) or _EMPTY
@@ -242,7 +242,7 @@ class _Host:
                     doc.Direction.IN not in event.directions
                     or doc.Direction.OUT not in e.directions
                 )
-                # sent at once and heard again, without end
+                # sent and received again immediately, without end
                 and (doc.Direction.OUT not in event.directions or doc.Direction.OUT in e.directions)
             ]
             if same and choices.chance(50):

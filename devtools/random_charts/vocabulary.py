@@ -1,4 +1,4 @@
-"""What random expressions are made of: names, types, constants, terms with their intervals."""
+"""The parts of random expressions: names, types, constants, terms with their intervals."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from devtools.random_charts.choices import Choices
 
 RESULTS = tuple(lang.MACHINE_INTEGERS[name] for name in ("int32", "uint32", "int64", "uint64"))
 FAR = 2**40
-"""Exact intervals are kept within plus and minus this."""
+"""Bound of exact intervals."""
 SPANS = ("5ms", "1ms", "12ms", "1s")
-"""Durations; none is 0, because an event sent again and again at once would keep `run` busy."""
+"""Durations; none is 0, because an event resent without delay would keep `run` busy."""
 SYMBOLS = ("idle", "busy", "late", "")
 COMPARE, SUM, PRODUCT, UNARY, ATOM = range(1, 6)
 
@@ -38,7 +38,7 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What an expression can mention."""
+    """The names that an expression can use."""
 
     variables: tuple[Named, ...] = ()
     states: tuple[str, ...] = ()
@@ -47,7 +47,7 @@ class Names:
     functions: tuple[Operation, ...] = ()
     """Functions of the chart; where there are some, expressions convert, too."""
     fields: tuple[lang.Field, ...] = ()
-    """Of the event at hand, none where there is none."""
+    """Fields of the current event, if any."""
 
     def of(self, kind: type[lang.Type], *, writable: bool = False) -> tuple[Named, ...]:
         """Return the variables of a kind of type."""
@@ -115,7 +115,7 @@ def is_machine(term: Term) -> bool:
 
 
 def common(a: lang.IntType, b: lang.IntType) -> lang.IntType | None:
-    """Return the type arithmetic on machine integers is done in, None where there is none."""
+    """Return the type for arithmetic on two machine integers, or None."""
     whole = hull(a, b)
     return next((t for t in RESULTS if t.lo <= whole.lo and whole.hi <= t.hi), None)
 

@@ -1,6 +1,6 @@
-"""Walks: scripts of any length that look where they lead, so that they get around in a chart.
+"""Walks: scripts of any length that prefer rare states, to cover most of a chart.
 
-A random script posts mostly what nothing takes, and stays where it is hard to get out of.
+A random script mostly posts events without effect, and stays in states that are hard to leave.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fsmkit.runtime import interpreter
 from fsmkit.runtime.script import Player, script_texts
 
 TRIED = 8
-"""Ways to go on that are looked at; the one that leads where the walk has been least is taken."""
+"""Number of continuations compared; the one to the least visited states is taken."""
 
 
 def walk(choices: Choices, chart: Chart, steps: int) -> tuple[list[str], list[str]]:
@@ -37,7 +37,7 @@ def walk(choices: Choices, chart: Chart, steps: int) -> tuple[list[str], list[st
 
 
 def _tried(chart: Chart, player: Player, lines: list[str]) -> tuple[list[str], list[str], Player]:
-    """Return lines, and what comes of them."""
+    """Return lines, their trace, and the player afterwards."""
     tried = Player(chart)
     tried.snapshot, tried.now, tried.host.state = player.snapshot, player.now, player.host.state
     told = [each for line in script_texts(lines) for each in tried.trace(line)]
@@ -45,7 +45,7 @@ def _tried(chart: Chart, player: Player, lines: list[str]) -> tuple[list[str], l
 
 
 def _rarity(visits: Counter[str], told: list[str]) -> int:
-    """Return how often the rarest has happened of what happens; it also matters where it ends."""
+    """Return the number of visits of the rarest line of a trace, including its last state."""
     return min((visits[each] for each in told if each[:1] in "t="), default=sum(visits.values()))
 
 

@@ -1,7 +1,7 @@
 """``python -m devtools.site OUT``: build the site of this version; warnings are errors.
 
-``OUT`` has a folder for each minor release, and ``stable``, a copy of the newest. What is there
-of other versions stays. Every page lists the versions, also those that came after it.
+``OUT`` has a folder for each minor release, and ``stable``, a copy of the newest. Folders of other
+versions are kept. Every page lists the versions, including later ones.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def build(out: Path) -> int:
 
 
 def index(out: Path) -> None:
-    """Write what spans the versions: their list, ``stable`` and the first page."""
+    """Write the common files: the list of versions, ``stable`` and the first page."""
     found = (path.name for path in out.iterdir() if VERSION.fullmatch(path.name))
     versions = sorted(found, key=lambda name: [int(part) for part in name.split(".")], reverse=True)
     shutil.rmtree(out / "stable", ignore_errors=True)

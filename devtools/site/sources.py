@@ -1,7 +1,7 @@
-"""The sources of the site: the pages of ``docs``, and those that are made of the package.
+"""Collect the sources of the site: the pages of ``docs``, and pages generated from the package.
 
-Pages stay readable where they lie, so a link may lead out of ``docs``: to another page of the
-repository, which becomes a page of the site, or to a file or folder, which becomes its path.
+Pages remain readable in the repository, so a link may lead out of ``docs``: to another page of the
+repository, which becomes a page of the site, or to a file or folder, shown as its path.
 """
 
 from __future__ import annotations

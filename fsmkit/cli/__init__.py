@@ -73,7 +73,7 @@ class Verbs(click.Group):
                 formatter.write_dl(rows)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Return the verbs and the options that begin so."""
+        """Return the verbs and options with the given prefix."""
         names = [name for name in self.list_commands(ctx) if name.startswith(incomplete)]
         verbs = [CompletionItem(name, help=listed(name).get_short_help_str()) for name in names]
         return [*verbs, *click.Command.shell_complete(self, ctx, incomplete)]
@@ -118,12 +118,12 @@ def main() -> None:
     except KeyboardInterrupt:  # while findings were printed
         code = interrupted()
     leave_at_once()
-    gc.freeze()  # else Python, as it ends, searches all that a chart holds once more
+    gc.freeze()  # otherwise Python traverses all objects of a chart again at exit
     sys.exit(received() or code)
 
 
 def _flush() -> int:
-    """Write what is still to be written; what cannot be is not tried again at the very end."""
+    """Write the buffered output; discard what cannot be written."""
     try:
         sys.stdout.flush()
     except BaseException:
@@ -156,7 +156,7 @@ def _write_sarif(path: Path) -> int:
 
 
 def _guarded(body: Callable[[], int], *, is_json: bool = False) -> int:
-    """Return the exit code of a body, whatever it raises; ``is_json``: findings are data, too."""
+    """Run a body, report exceptions, and return the exit code. ``is_json``: print JSON, too."""
     try:
         return body()
     except WrongOptionError as error:

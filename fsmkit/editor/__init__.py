@@ -1,5 +1,5 @@
-"""Charts in editors: the language server, and the index of names that it answers from.
+"""The language server for editors, and its index of names.
 
-Text is the source: nothing that a file names is imported or run, and what does not parse is
-answered from the last text that did.
+Files are only parsed: nothing that they name is imported or run. While a file does not parse, the
+server uses its last version that did.
 """

@@ -1,4 +1,4 @@
-"""What the command line finds in a file, with the texts of the editor in place of the disk's."""
+"""Find the diagnostics of the command line in the editor's version of a file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MOST_KEPT = 128
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What was found in a file; ``model`` is None where it has an error."""
+    """The diagnostics of a file; ``model`` is None if it has an error."""
 
     path: Path
     findings: tuple[Diagnostic, ...]
@@ -45,10 +45,10 @@ class Analyses:
     )
     _charts: dict[Path, Chart] = field(default_factory=dict)
 
-    def of(self, path: Path) -> Analysis:
-        """Return what is found in a file now."""
+    def analysis(self, path: Path) -> Analysis:
+        """Return the analysis of the present content of a file."""
         basis, project = self._basis(path), None
-        with suppress(FsmkitError):  # `analyse` says what is wrong with it
+        with suppress(FsmkitError):  # `analyse` reports its errors
             project = project_of(path)
         kept = self._kept.get(path)
         if kept is not None and kept[1] is project and same(kept[0], basis):
@@ -74,7 +74,7 @@ class Analyses:
 
 
 def analyse(workspace: Workspace, path: Path) -> Analysis:
-    """Return what ``fsmkit check``, or of tests ``fsmkit test``, finds in a file while reading."""
+    """Return the diagnostics that ``check`` or ``test`` reports when it reads a file."""
     # imported here: a server that has just started answers its editor before
     from fsmkit.codegen.existing_c.checks import check_binding
     from fsmkit.codegen.existing_c.reader import chart_of, read_binding

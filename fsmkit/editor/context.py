@@ -1,4 +1,4 @@
-"""What features work on: the index, the analyses, and how the editor counts columns."""
+"""The state that features share: index, analyses, and the column encoding of the editor."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Context:
         return types.Location(uri_of(Path(normal(Path(span.source.name)))), self.range(span))
 
     def at(self, path: Path, position: types.Position) -> tuple[Occurrence, ...]:
-        """Return what is named at a position."""
+        """Return the occurrences of names at a position."""
         return self.workspace.at(path, self.offset(path, position))
 
 
@@ -58,6 +58,6 @@ def uri_of(path: Path) -> str:
 
 
 def path_of(uri: str) -> Path | None:
-    """Return the file of an address; None of one that is no file."""
+    """Return the file of a URI, or None if it is not a file."""
     found = uris.to_fs_path(uri) if uri.startswith("file:") else None
     return None if not found else Path(normal(Path(found)))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 MOST_DRAWN = 500
-"""States of a chart that is drawn: Graphviz takes a second for so many."""
+"""Maximum number of drawn states: Graphviz takes a second for them."""
 
 
 def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterable[str]) -> Json:
@@ -28,18 +28,18 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
     Args:
         context: The editor.
         path: The file of a chart, a system or a deployment.
-        folded: States that are drawn without what they hold.
-        active: States that stand out.
+        folded: States drawn without their content.
+        active: Highlighted states.
 
     Returns:
-        ``svg``, and ``items``: by the id of an element of it what it is, and its location; or
-        ``error``, why there is no picture now.
+        ``svg``, and ``items``: the kind and location of each element by its id. If drawing fails,
+        ``error`` with the reason.
 
     """
     from fsmkit.system.deployment.deployment import Deployment
     from fsmkit.system.system import System
 
-    analysis = context.analyses.of(path)
+    analysis = context.analyses.analysis(path)
     model = analysis.model
     if not isinstance(model, Chart | System | Deployment):
         wrong = next((f.message for f in analysis.findings), "this is nothing that can be drawn")

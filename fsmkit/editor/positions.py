@@ -25,7 +25,7 @@ def width(text: str, encoding: types.PositionEncodingKind) -> int:
 
 @dataclass(frozen=True)
 class Lines:
-    """The lines of a text, with offsets in characters made positions and back."""
+    """The lines of a source; converts character offsets to positions and back."""
 
     text: str
     encoding: types.PositionEncodingKind

@@ -20,7 +20,7 @@ import fsmkit
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import Severity
 from fsmkit.editor.analysis import Analyses
-from fsmkit.editor.checking.background import Background, Checked
+from fsmkit.editor.checking.background import Background, CheckResult
 from fsmkit.editor.checking.verdicts import counterexample, replay, verdict_diagnostics, words
 from fsmkit.editor.context import Context, path_of, uri_of
 from fsmkit.editor.drawing import drawing
@@ -33,7 +33,7 @@ from fsmkit.editor.index.files import Kind
 from fsmkit.editor.index.workspace import Workspace
 
 PAUSE = 0.08
-"""Seconds after the last key before findings are looked for."""
+"""Seconds after the last key press before a file is analysed."""
 PAUSE_FOR_OTHERS = 0.4
 """Seconds before open files that depend on a changed one follow."""
 DECLARED = re.compile(r"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
@@ -45,7 +45,7 @@ Answer = TypeVar("Answer", bound=Callable[..., Any])
 Found = dict[Path, list[types.Diagnostic]]
 Act = Callable[[Path], Coroutine[Any, Any, None]]
 VERDICTS = Path("verdicts")
-"""What is added to a file for the key of what its check found."""
+"""Suffix of a file's key for the findings of its check."""
 WATCHED = ("**/*.{yaml,yml,scxml,xml}", "**/{fsmkit,pyproject}.toml")
 
 
@@ -62,7 +62,7 @@ def content_of(path: Path, text: str) -> bytes:
 
 
 class Server(LanguageServer):
-    """The server, and what it has of the editor."""
+    """The language server, and its state of the editor."""
 
     def __init__(self) -> None:
         """Answer for no folder yet."""
@@ -74,30 +74,30 @@ class Server(LanguageServer):
         """Findings by the file that was read and the file that each is in."""
         self.pending: dict[Path, asyncio.TimerHandle] = {}
         self.background = Background()
-        self.checked: dict[Path, Checked] = {}
+        self.checked: dict[Path, CheckResult] = {}
         self.checks_when = "onSave"
         self.tasks: set[asyncio.Task[None]] = set()
         threading.stack_size(STACK)
         self.worker = ThreadPoolExecutor(1, "fsmkit")
-        """The one thread that reads the index: the loop only takes and sends messages, so that a
-        request that is cancelled ends at once, whatever is being read."""
+        """The only thread that reads the index. The event loop only receives and sends messages, so
+        that a cancelled request ends immediately."""
 
     async def work(self, act: Callable[..., Result], *given: object) -> Result:
-        """Return what a call returns, in the turn of the thread that reads the index."""
+        """Run a call in the thread that reads the index; return its result."""
         return await asyncio.get_running_loop().run_in_executor(self.worker, act, *given)
 
     # --- texts ------------------------------------------------------------------------------------
 
     def take(self, uri: str) -> Path | None:
-        """Take the text of an open document into the index, before what is asked after this."""
+        """Put the content of an open document into the index, before later requests."""
         path = path_of(uri)
         if path is not None:
             text = self.workspace.get_text_document(uri).source
             self.worker.submit(self.context.workspace.set_text, path, content_of(path, text))
         return path
 
-    def later(self, path: Path, pause: float, act: Act) -> None:
-        """Act on a file after a pause; what was to come for it before does not."""
+    def schedule(self, path: Path, pause: float, act: Act) -> None:
+        """Schedule an action on a file; it replaces the pending one."""
         before = self.pending.pop(path, None)
         if before is not None:
             before.cancel()
@@ -106,12 +106,12 @@ class Server(LanguageServer):
 
     def _act(self, path: Path, act: Act) -> None:
         self.pending.pop(path, None)
-        self.begin(act(path))
+        self.start_task(act(path))
 
     # --- findings ---------------------------------------------------------------------------------
 
-    def begin(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do something beside the requests."""
+    def start_task(self, work: Coroutine[Any, Any, None]) -> None:
+        """Start a task beside the requests."""
         task = asyncio.get_running_loop().create_task(work)
         self.tasks.add(task)
         task.add_done_callback(self.tasks.discard)
@@ -124,7 +124,7 @@ class Server(LanguageServer):
 
     # --- checks -----------------------------------------------------------------------------------
 
-    async def check(self, path: Path) -> Checked | None:
+    async def check(self, path: Path) -> CheckResult | None:
         """Check a file in the background; verdicts become findings."""
         files = await self.work(self.context.workspace.depends_on, path)
         token = f"fsmkit-check-{uuid4()}"
@@ -172,7 +172,7 @@ class Server(LanguageServer):
             self.workspace_code_lens_refresh(None)
 
     async def edited(self, path: Path) -> None:
-        """Drop what checks found that read a file which is edited now, and end one that does."""
+        """Drop check results that depend on an edited file, and stop such a check."""
         if (running := self.background.path) is not None:
             files = await self.work(self.context.workspace.depends_on, running)
             if (path == running or path in files) and self.background.path == running:
@@ -182,10 +182,10 @@ class Server(LanguageServer):
                 await self.republish(other)
 
     async def diagnose(self, path: Path) -> None:
-        """Publish what is found in a file; the open files that depend on it follow."""
+        """Publish the diagnostics of a file, and of open files that depend on it."""
         await self.publish(path)
         for other in await self.work(self._depending, path):
-            self.later(other, PAUSE_FOR_OTHERS, self.publish)
+            self.schedule(other, PAUSE_FOR_OTHERS, self.publish)
 
     def _depending(self, path: Path) -> list[Path]:
         workspace = self.context.workspace
@@ -195,10 +195,10 @@ class Server(LanguageServer):
     def _found(self, path: Path) -> Found:
         if path not in self.context.workspace.open:
             return {}
-        return diagnostics_of(self.context, self.context.analyses.of(path).findings, path)
+        return diagnostics_of(self.context, self.context.analyses.analysis(path).findings, path)
 
     async def publish(self, path: Path) -> None:
-        """Publish what is found in a file, in whichever file that is."""
+        """Publish the diagnostics found in a file, by their own files."""
         found = await self.work(self._found, path)
         before = self.published.get(path, {})
         self.published[path] = found
@@ -225,7 +225,7 @@ class Server(LanguageServer):
         )
 
     def forget(self, path: Path) -> None:
-        """Take back what was found in a file that is closed."""
+        """Remove the diagnostics of a closed file."""
         before = self.published.pop(path, {})
         for changed in before:
             self.show(changed)
@@ -259,7 +259,7 @@ def _lifecycle(server: Server) -> None:
         files = watching.did_change_watched_files if watching else None
         if files is not None and files.dynamic_registration:
             _watch(server)
-        server.begin(server.warm_up())
+        server.start_task(server.warm_up())
 
     @server.feature(types.WORKSPACE_DID_CHANGE_CONFIGURATION)
     def configured(params: types.DidChangeConfigurationParams) -> None:
@@ -288,11 +288,11 @@ def _lifecycle(server: Server) -> None:
         is_project = any(change.uri.endswith(".toml") for change in params.changes)
         server.worker.submit(workspace.forget if is_project else workspace.forget_listing)
         for path in tuple(server.context.workspace.open):
-            server.later(path, PAUSE_FOR_OTHERS, server.publish)
+            server.schedule(path, PAUSE_FOR_OTHERS, server.publish)
 
 
 def _configure(server: Server, settings: object) -> None:
-    """Take the settings: when checks run. What is not known is left as it is."""
+    """Apply the settings for checks; unknown ones are ignored."""
     found = settings.get("fsmkit", settings) if isinstance(settings, dict) else None
     when = found.get("check") if isinstance(found, dict) else getattr(found, "check", None)
     if when in ("onSave", "onCommand", "off"):
@@ -314,22 +314,22 @@ def _documents(server: Server) -> None:
     async def opened(params: types.DidOpenTextDocumentParams) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
-            server.later(path, 0, server.diagnose)
+            server.schedule(path, 0, server.diagnose)
 
     @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
     async def changed(params: types.DidChangeTextDocumentParams) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
-            server.later(path, PAUSE, server.diagnose)
+            server.schedule(path, PAUSE, server.diagnose)
             await server.edited(path)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     async def saved(params: types.DidSaveTextDocumentParams) -> None:
         path = server.take(params.text_document.uri)
         if path is not None:
-            server.later(path, 0, server.diagnose)
+            server.schedule(path, 0, server.diagnose)
             if server.checks_when == "onSave" and await server.work(_is_checkable, server, path):
-                server.begin(_checked(server, path))
+                server.start_task(_checked(server, path))
 
     @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
     async def closed(params: types.DidCloseTextDocumentParams) -> None:
@@ -344,7 +344,7 @@ def _refusals() -> Iterator[None]:
     """Answer a refusal as an error of the request, which editors show."""
     try:
         yield
-    except renaming.RenameRefused as refused:
+    except renaming.RenameError as refused:
         raise JsonRpcException(str(refused), types.LSPErrorCodes.RequestFailed.value) from refused
 
 
@@ -357,8 +357,8 @@ def _is_checkable(server: Server, path: Path) -> bool:
     file = server.context.workspace.file(path)
     if file is None or file.kind not in (Kind.CHART, Kind.SYSTEM, Kind.DEPLOYMENT):
         return False
-    findings = server.context.analyses.of(path).findings
-    model = server.context.analyses.of(path).model
+    findings = server.context.analyses.analysis(path).findings
+    model = server.context.analyses.analysis(path).model
     is_abstract = isinstance(model, Chart) and model.abstract
     return (
         model is not None
@@ -493,7 +493,7 @@ def _questions(server: Server) -> None:
 
 
 def _shown(server: Server) -> None:
-    """Bind what editors show beside a text."""
+    """Register the features that editors show beside the source."""
     context = server.context
 
     @_answers(
@@ -551,7 +551,7 @@ def _shown(server: Server) -> None:
 
 
 def _commands(server: Server) -> None:
-    """Bind what lenses and the extension call."""
+    """Register the commands of lenses and of the extension."""
 
     @server.command("fsmkit.check")
     async def check(uri: str) -> dict[str, Any] | None:
@@ -581,13 +581,13 @@ def _commands(server: Server) -> None:
 
     @server.command("fsmkit.explain")
     def explain(code: str) -> str:
-        return hovering.explained(code)
+        return hovering.rule_explanation(code)
 
     @_answers(server, "fsmkit/draw")
     def picture(params: Any) -> dict[str, Any]:
         path = path_of(str(getattr(params, "uri", "")))
         if path is None:
-            return {"error": "this is no file"}
+            return {"error": "this is not a file"}
         folded = [str(name) for name in getattr(params, "folded", None) or ()]
         active = [str(name) for name in getattr(params, "active", None) or ()]
         return drawing(server.context, path, folded, active)

@@ -26,7 +26,7 @@ log = logging.getLogger("pygls.server")
 def serve_stdio() -> None:
     """Serve the editor that started this process until it exits.
 
-    All other output of this process goes to standard error, so that nothing gets between messages.
+    All other output of this process goes to standard error, so that it cannot mix with messages.
     """
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
     out = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
@@ -67,7 +67,7 @@ def serve_tcp(port: int, announce: Callable[[int], None] | None = None) -> None:
 
 
 async def _serve_port(port: int, announce: Callable[[int], None] | None) -> None:
-    """Serve the first client that sends a message; reject all that connect meanwhile.
+    """Serve the first client that sends a message; reject other connections.
 
     Every web page can connect to this port, but no browser sends the header of the protocol. Such
     a client is disconnected, and the server waits for the editor.
@@ -119,7 +119,7 @@ async def _converse(read: Read, server: Server) -> bool:
 
 
 def _receive(body: bytes, server: Server) -> None:
-    """Let the server handle a message; a message that cannot be read gets an error response."""
+    """Handle a message; an unreadable message gets an error response."""
     number: object = None
     try:
         message = _object(body)

@@ -1,7 +1,7 @@
-"""Printing text of other languages: indentation, identifiers, and the one door for text of charts.
+"""Print source of other languages: indentation, identifiers, and safe insertion of chart strings.
 
-There is a module for each language, and `written` is the guard that keeps the door. Identifiers
-are made here and by the tables of names of each language, which choose every character.
+Each language has a module; `written` guards strings of charts. Identifiers are built here and by
+the tables of names of each language, which choose every character.
 """
 
 from fsmkit.emit.emitter import Emitter

@@ -19,7 +19,7 @@ WORDS = frozenset(_WORDS.split())
 
 
 def comment(text: str) -> str:
-    """Return a text as it can stand in a comment: no name ends it, or begins a line."""
+    """Return a string for a comment: it cannot end the comment or start a line."""
     return one_line(text).replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
 
 
@@ -29,7 +29,7 @@ def quoted(text: str) -> str:
 
 
 def inside(text: str) -> str:
-    """Return what stands between the quotes, with octal escapes, which no digit can lengthen."""
+    """Return the content of a string literal, with octal escapes, which no digit can extend."""
     return "".join(
         chr(byte) if 32 <= byte < 127 and byte not in b'"\\?' else f"\\{byte:03o}"
         for byte in text.encode()
@@ -37,5 +37,5 @@ def inside(text: str) -> str:
 
 
 def printed(text: str) -> str:
-    """Return what stands between the quotes in a format of ``printf``."""
+    """Return the content of a string literal for a format of ``printf``."""
     return inside(text).replace("%", "%%")

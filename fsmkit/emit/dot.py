@@ -47,7 +47,7 @@ def left(texts: tuple[str, ...]) -> str:
     return "".join(f'{escaped(text)}<br align="left"/>' for text in texts)
 
 
-def titled(
+def label_with_title(
     title: str,
     rows: Iterable[Cell],
     align: str,
@@ -56,10 +56,10 @@ def titled(
     below: Sequence[Cell] = (),
     room: int = 0,
 ) -> str:
-    """Return a label: a title, and rows beneath it if there are any, each with attributes.
+    """Return a label: a title, with optional rows below it, each with attributes.
 
-    ``above`` and ``below``: cells that stand side by side above the title and below all rows.
-    ``room``: points that are left free at the top.
+    ``above`` and ``below``: cells side by side above the title and below all rows. ``room``: free
+    points at the top.
     """
     cells = "".join(
         f'<tr><td align="left" balign="left"{_attributes(more)}>{body}</td></tr>'
@@ -75,7 +75,7 @@ def titled(
 
 
 def _beside(cells: Sequence[Cell]) -> str:
-    """Return a row of cells that stand side by side; nothing for none."""
+    """Return a row of cells side by side; empty without cells."""
     if not cells:
         return ""
     row = "".join(f"<td{_attributes(more)}>{body}</td>" for body, more in cells)

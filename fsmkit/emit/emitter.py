@@ -11,9 +11,9 @@ WIDTH = 100
 
 
 class _Block:
-    """What a ``with`` statement indents, and the line that ends it; of one that raises, none.
+    """The block of a ``with`` statement: indents, and adds the closing line unless it raises.
 
-    A class, since a generator takes three times as long, and code has very many blocks.
+    A class, because a generator takes three times as long and generated code has many blocks.
     """
 
     __slots__ = ("_closing", "_out")
@@ -66,7 +66,7 @@ class Emitter:
         self.lines(dedent(block).strip("\n").split("\n"))
 
     def block(self, opening: str, closing: str = "}") -> AbstractContextManager[None]:
-        """Indent what is added inside, between an opening and a closing line."""
+        """Indent the lines added inside, between an opening and a closing line."""
         self.line(opening)
         return _Block(self, closing)
 
@@ -79,7 +79,7 @@ class Emitter:
         self.line()
 
     def indented(self) -> AbstractContextManager[None]:
-        """Indent what is added inside."""
+        """Indent the lines added inside."""
         return _Block(self, None)
 
     def open(self, opening: str = "{") -> None:
@@ -88,12 +88,12 @@ class Emitter:
         self._depth += 1
 
     def close(self, closing: str = "}") -> None:
-        """End what `open` began."""
+        """End the block started by `open`."""
         self._depth -= 1
         self.line(closing)
 
     def turn(self, between: str) -> None:
-        """End one indented part and begin the next, as ``} else {`` does."""
+        """End one indented part and start the next, as ``} else {`` does."""
         self.close(between)
         self._depth += 1
 

@@ -26,16 +26,17 @@ class Namer:
     """Gives each name an identifier of its own, none of them reserved."""
 
     def __init__(self, reserved: Iterable[str] = ()) -> None:
-        """Start with the identifiers that are taken already."""
+        """Start with the reserved identifiers."""
         self._reserved = frozenset(reserved)
         self._taken = set(self._reserved)
 
     def name(self, wanted: str, suffix: str = "", *, source: str | None = None) -> str:
         """Return a unique identifier for a name.
 
-        ``suffix``: ends the identifier if it is reserved. ``source``: the name in the chart. If
-        another name has the identifier, a checksum of ``source`` follows, so that code which uses
-        it no longer compiles when the two names change places. Without ``source`` a number follows.
+        ``suffix``: appended to a reserved identifier. ``source``: the name in the chart. If
+        another name has the identifier, a checksum of ``source`` is appended. Code that uses it
+        then no longer compiles when the two names are exchanged. Without ``source``, a number is
+        appended.
         """
         base = legal(wanted)
         if base in self._reserved:

@@ -15,7 +15,7 @@ def quoted(text: str) -> str:
 
 
 def member(name: str) -> str:
-    """Return what reads a property of that name: ``.speed`` or ``["top speed"]``."""
+    """Return the access to a property: ``.speed`` or ``["top speed"]``."""
     found = plain(name)
     return f".{found}" if re.fullmatch(r"[A-Za-z_$][A-Za-z0-9_$]*", found) else f"[{quoted(name)}]"
 

@@ -9,9 +9,9 @@ from fsmkit.emit.written import plain
 
 
 def one_line(text: str) -> str:
-    """Return a text on one line, of what can be printed: no line end, no mark of direction.
+    """Return a string as one printable line, without line ends and marks of text direction.
 
-    For comments after ``//``, ``--`` or ``#``; nothing in them is more than text.
+    For comments after ``//``, ``--`` or ``#``.
     """
     clean = plain(text)
     if clean.isprintable():
@@ -22,7 +22,7 @@ def one_line(text: str) -> str:
 _UNSAFE = re.compile(
     "[\\x7f-\\x9f\\u00ad\\u061c\\u200b-\\u200f\\u2028-\\u202e\\u2060-\\u206f\\ufeff\\ud800-\\udfff]"
 )
-"""What JSON allows raw, but a terminal obeys or UTF-8 cannot hold."""
+"""Characters that JSON allows raw, but terminals interpret or UTF-8 cannot encode."""
 
 
 def json_text(document: object) -> str:

@@ -1,4 +1,4 @@
-"""Texts in Mermaid: what it takes for its own is written as entities."""
+"""Strings in Mermaid: special characters become entities."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fsmkit.emit.lines import one_line
 
 STATES = re.compile(r'[#:;<>{}"%\\`&]|--')
 IN_HEAD = re.compile(r'["\\%<>]')
-"""What ends a quoted text; and marks of directives and tags, which Mermaid seeks in all lines."""
+"""Ends of quoted strings, and marks of directives and tags, which Mermaid finds in all lines."""
 SEQUENCES = re.compile(r"[#;<>&\"\\%{}\[\]`]")
 
 

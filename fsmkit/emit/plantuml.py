@@ -1,4 +1,4 @@
-"""Texts in PlantUML: what it takes for its own is written as characters by number."""
+"""Strings in PlantUML: special characters become numeric characters."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from fsmkit.emit.lines import one_line
 
 CREOLE = re.compile(r'["\\<>{}~%|`]|([*/_#=.!\-\[\]])\1+|^[*#=]')
-"""What PlantUML's markup, macros or quotes would take for their own."""
+"""Characters of PlantUML's markup, macros and quotes."""
 
 
 def escaped(text: str) -> str:

@@ -8,23 +8,23 @@ ESCAPES = {'"': '\\"', "\\": "\\\\"}
 
 
 def quoted(text: str) -> str:
-    """Return a literal of a string, on one line whatever is in it."""
+    """Return a string literal on one line."""
     return f'"{inside(text)}"'
 
 
 def inside(text: str) -> str:
-    """Return what stands between the double quotes of a literal."""
+    """Return the content of a literal in double quotes."""
     return "".join(ESCAPES.get(c, c if c.isprintable() else repr(c)[1:-1]) for c in text)
 
 
 def docstring(text: str) -> str:
-    """Return a text as it can stand between three double quotes, on one line."""
+    """Return a string for a docstring in three double quotes, on one line."""
     plain = one_line(text).replace("\\", "\\\\").replace('"""', "'''")
     return f"{plain[:-1]}'" if plain.endswith('"') else plain
 
 
 def source_name(path: str) -> str:
-    """Return the last part of a path, of whatever system, for a docstring."""
+    """Return the last part of a path of any system, for a docstring."""
     return docstring(path.replace("\\", "/").rpartition("/")[2])
 
 

@@ -1,4 +1,4 @@
-"""Colours of pictures in SVG for readers who prefer a dark page."""
+"""Colours of SVG pictures for readers who prefer a dark page."""
 
 from __future__ import annotations
 

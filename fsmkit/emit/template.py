@@ -1,4 +1,4 @@
-"""Files as templates: text with ``@{name}`` where a value goes."""
+"""Templates: files with ``@{name}`` in place of a value."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 FIELD = re.compile(r"^([ \t]*)@\{(\w+)\}\n|@\{(\w+)\}", re.MULTILINE)
-"""A field, with all of its line where it stands alone."""
+"""A field, with its whole line if it is alone there."""
 
 Fields = Mapping[str, str | Sequence[str]]
 

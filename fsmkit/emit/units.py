@@ -30,10 +30,10 @@ def supervised_text(text: str) -> str:
 
 
 def supervised_word(word: str) -> str:
-    """Return a word of ``command=`` of supervisord, quoted as for a shell.
+    """Return a word of supervisord's ``command=``, quoted as for a shell.
 
-    ``%`` is doubled, since values are expanded. ``;`` and ``#`` begin a comment after a blank, in
-    quotes too, so each stands in quotes of its own.
+    ``%`` is doubled, because values are expanded. ``;`` and ``#`` start a comment after a space,
+    even in quotes, so each gets its own quotes.
     """
     if re.fullmatch(r"[\w@+=:,./-]+", word, re.ASCII):
         return word

@@ -1,12 +1,12 @@
-"""Text that came from a file, and the rule that no printer of a language takes it raw.
+"""Guard strings from files, so that no printer of a language inserts them raw.
 
 Every name, doc, label and string of a chart is `Written`. While a function marked `printing` runs,
-such text can be put into other text only by the functions of a language (`fsmkit.emit.c` and its
-like, and what makes identifiers): an f-string with it raises `RawText`, and what ``+`` makes
-of it is guarded as well. So a name is never code, even where a printer is wrong: it fails closed.
+only the functions of a language (`fsmkit.emit.c` and so on, and those that build identifiers) can
+insert such a string. An f-string with it raises `RawText`, and the result of ``+`` is guarded,
+too. So a name is never code: a wrong printer fails.
 
-Two ways lead past the guard, and the grid of hostile names tests them: ``str.join``, and what
-takes a text apart, which gives plain ``str``.
+The guard has two gaps, which the tests with hostile names cover: ``str.join``, and functions that
+split a string, which return plain ``str``.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ _IS_PRINTING = ContextVar("is printing", default=False)
 HARMLESS = re.compile(r"[A-Za-z0-9_.-]*")
 """Text that ends no comment, string or line in any language."""
 is_strict = False
-"""Whether harmless text is refused, too, as it is in tests: each forgotten place is found there."""
+"""Whether harmless strings are rejected, too, so that tests find each omission."""
 
 guards_notations = bool(os.environ.get("FSMKIT_GUARD_NOTATIONS"))
-"""Whether raw text is refused in drawings and models, too (`notating`)."""
+"""Whether raw strings are rejected in drawings and models, too (`notating`)."""
 
 
-class RawText(TypeError):  # noqa: N818 - a mistake of a printer, not of who uses it
-    """A printer put text of a file into what it prints without a function of the language."""
+class RawText(TypeError):  # noqa: N818 - a bug of a printer, not of its user
+    """A printer inserted a string of a file without a function of the language."""
 
 
 class Written(str):
-    """A text of a file, or one made of such (`telling`)."""
+    """A string of a file, or built from such strings (`telling`)."""
 
     __slots__ = ()
 
     def __format__(self, spec: str) -> str:
         found = plain(self)
         if _IS_PRINTING.get() and (is_strict or not HARMLESS.fullmatch(found)):
-            raise RawText(f"raw text in what is printed: {found!r}")
+            raise RawText(f"raw string in printed source: {found!r}")
         return format(found, spec)
 
     def __str__(self) -> str:
@@ -65,7 +65,7 @@ class Written(str):
 
 
 class Identifier(str):
-    """An identifier of some language, made of a name: every character of it is chosen."""
+    """An identifier of some language, built from a name with checked characters."""
 
     __slots__ = ()
 
@@ -77,12 +77,12 @@ class Identifier(str):
 
 
 def plain(text: str) -> str:
-    """Return a text without its guard: for the functions of a language, and nobody else."""
+    """Return a string without its guard; only for the functions of a language."""
     return str.__str__(text)
 
 
 UNGUARDED = frozenset({str, tuple})
-"""Types of what may have to be guarded; a text that is guarded has a type of its own."""
+"""Types that may need the guard; a guarded string has its own type."""
 
 
 def guard(instance: object, *names: str) -> None:
@@ -103,14 +103,14 @@ def guarded(value: object) -> object:
 
 
 def printing(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Mark a function that prints text of another language: while it runs, raw text is refused."""
+    """Mark a function that prints another language: while it runs, raw strings are rejected."""
     return _within(function, is_printing=True)
 
 
 def notating(function: Callable[Given, Made]) -> Callable[Given, Made]:
     """Mark a function that prints a notation which nothing executes: a drawing, a model.
 
-    Raw text is refused only where `guards_notations`, as in tests: in use, a forgotten place
+    Raw strings are rejected only if `guards_notations` is set, as in tests. In use, an omission
     spoils one picture, and must not end the command.
     """
     return _within(function, is_printing=None)

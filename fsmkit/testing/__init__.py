@@ -1,8 +1,8 @@
-"""Tests of one's own charts: read from `*.test.yaml`, run on any runtime, their coverage counted.
+"""Test charts: read `*.test.yaml`, run it on any runtime, and count coverage.
 
-A `Suite` comes in, the `Outcome` of each case goes out; an expectation is evaluated in the
-interpreter, and another runtime must do line by line the same. `make_machine`, `calls` and
-`assert_in` are for tests in Python; pytest has the first as the fixture ``machine``.
+A `Suite` is run to the `Outcome` of each case. The interpreter evaluates expectations; any other
+runtime must have the same trace. `make_machine`, `calls` and `assert_in` are for tests in Python;
+pytest offers the first as the fixture ``machine``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["assert_in", "calls", "make_machine"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for: the plug-in of pytest is imported by every run of it."""
+    """Import a name on demand, because every run of pytest imports the plug-in."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

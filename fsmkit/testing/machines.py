@@ -1,4 +1,4 @@
-"""Machines for tests in Python: sessions whose operations need no host, and what they called."""
+"""Machines for tests in Python: sessions whose operations need no host, with recorded calls."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from fsmkit.testing.coverage.record import Recorder
 def make_machine(
     path: Path, operations: object = None, recorder: Recorder | None = None, **more: Any
 ) -> Session:
-    """Return a session of the chart of a file.
+    """Return a session of a chart's file.
 
     Args:
         path: A chart.
-        operations: As of `Session`; those that it lacks return the first value of
-            their ``from`` list, else the least value of their type.
-        recorder: Counts what is reached.
+        operations: See `Session`; missing ones return the first value of their ``from`` list, else
+            the minimum of their type.
+        recorder: Counts the coverage.
         more: Other arguments of `Session`.
 
     Raises:
-        FsmkitError: Where the chart cannot be read.
+        FsmkitError: If the chart cannot be read.
 
     """
     chart = read_chart(path, Findings())

@@ -1,7 +1,7 @@
-"""The plug-in of pytest: collects ``*.test.yaml``, gives fixtures, counts coverage.
+"""The plug-in of pytest: collects ``*.test.yaml``, provides fixtures, counts coverage.
 
-It is registered by an entry point, so every run of pytest imports it where fsmkit is installed:
-what does the work is imported when the first file of tests, fixture or option needs it.
+Every run of pytest imports it through an entry point where fsmkit is installed. It therefore
+imports the implementation only for the first test file, fixture or option that needs it.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ FOLDER = ".fsmkit-coverage"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options."""
     group = parser.getgroup("fsmkit", "coverage of statecharts")
-    group.addoption("--fsmkit-cov", action="store_true", help="Count what tests reach of charts.")
+    group.addoption("--fsmkit-cov", action="store_true", help="Count the coverage of charts.")
     group.addoption(
         "--fsmkit-cov-append", action="store_true", help="Add to the counts that are there."
     )
     group.addoption(
-        "--fsmkit-cov-folder", default=FOLDER, metavar="FOLDER", help="Where counts are kept."
+        "--fsmkit-cov-folder", default=FOLDER, metavar="FOLDER", help="Folder of the counts."
     )
     group.addoption(
         "--fsmkit-cov-fail-under",
@@ -43,12 +43,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--fsmkit-target",
         default="interpreter",
         choices=("interpreter", "python", "c"),
-        help="What runs the cases of *.test.yaml, besides the interpreter, which evaluates them.",
+        help="Target that runs the cases of *.test.yaml beside the interpreter.",
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Begin to count, if that is wanted; the first process removes what was counted before."""
+    """Start counting if requested; the first process removes earlier counts."""
     config.stash[_RECORDER] = None
     if not config.getoption("--fsmkit-cov"):
         return
@@ -72,10 +72,10 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     recorder = config.stash.get(_RECORDER, None)
     if recorder is None:
         return
-    from fsmkit.testing.coverage.record import added, save
+    from fsmkit.testing.coverage.record import add_coverage, save
 
     counted = config.stash.get(_COUNTED, [])
-    save(added((recorder.coverage(), counted)), _folder(config))
+    save(add_coverage((recorder.coverage(), counted)), _folder(config))
     least = config.getoption("--fsmkit-cov-fail-under")
     if least is None or _is_worker(config):
         return
@@ -112,7 +112,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 
 _RECORDER: pytest.StashKey[Recorder | None] = pytest.StashKey()
 _COUNTED: pytest.StashKey[list[ChartCoverage]] = pytest.StashKey()
-"""What generated code counted."""
+"""Counts of generated code."""
 
 
 def _is_worker(config: pytest.Config) -> bool:
@@ -164,7 +164,7 @@ class CaseItem(pytest.Item):
     def runtest(self) -> None:
         """Run the case."""
         from fsmkit.testing.running import run_case
-        from fsmkit.testing.runtimes import all_of, runtime
+        from fsmkit.testing.runtimes import coverage_of_machines, runtime
 
         target = self.config.getoption("--fsmkit-target")
         recorder = self.config.stash.get(_RECORDER, None)
@@ -173,14 +173,14 @@ class CaseItem(pytest.Item):
             outcome = run_case(self.suite, self.case, recorder=recorder)
         else:
             outcome = run_case(self.suite, self.case, runtime=runtime(target, machines))
-        self.config.stash.setdefault(_COUNTED, []).extend(all_of(machines or ()))
+        self.config.stash.setdefault(_COUNTED, []).extend(coverage_of_machines(machines or ()))
         if outcome.failures:
-            from fsmkit.testing.told import failure_text
+            from fsmkit.testing.outcome_text import failure_text
 
             raise _FailedCase(failure_text(self.suite, outcome))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Return what failed, without a traceback of Python."""
+        """Return the failure without a Python traceback."""
         from fsmkit.diagnostics import FsmkitError
 
         if isinstance(excinfo.value, _FailedCase | FsmkitError):
@@ -195,7 +195,7 @@ class CaseItem(pytest.Item):
 
 
 class _FailedCase(Exception):  # noqa: N818  (it never leaves pytest)
-    """A case failed; the text says how."""
+    """A failed case; the text describes the failure."""
 
 
 # --- fixtures -----------------------------------------------------------------------------------
@@ -203,11 +203,11 @@ class _FailedCase(Exception):  # noqa: N818  (it never leaves pytest)
 
 @pytest.fixture
 def machine(request: pytest.FixtureRequest) -> Callable[..., Session]:
-    """Return a function that makes a `fsmkit.Session` of a chart, on a simulated clock.
+    """Return a function that creates a `fsmkit.Session` of a chart, on a simulated clock.
 
-    ``machine("gate.yaml")``: the path is relative to the file of the test. Operations that are not
-    given return the first value of their ``from`` list, else the least value of their type. Other
-    arguments are those of `fsmkit.Session`.
+    ``machine("gate.yaml")``: the path is relative to the file of the test. Missing operations
+    return the first value of their ``from`` list, else the minimum of their type. Other arguments
+    are those of `fsmkit.Session`.
     """
     from fsmkit.testing.machines import make_machine
 

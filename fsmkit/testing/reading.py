@@ -62,12 +62,12 @@ def is_suite(path: Path) -> bool:
 
 
 def read_suite(path: Path, findings: Findings, *, strict: bool = False) -> Suite:
-    """Return the tests of a file; `FsmkitError` with every finding where it has an error.
+    """Return the tests of a file; raises `FsmkitError` with every finding if it has an error.
 
     Args:
         path: A file with the keys ``tests``, ``chart`` or ``system``, ``before`` and ``cases``.
-        findings: Where warnings are left, those of the chart among them.
-        strict: As of `fsmkit.read`, for the chart.
+        findings: Collects the warnings, including those of the chart.
+        strict: As for `fsmkit.read`, for the chart.
 
     """
     source = decode(read_bytes(path), str(path), findings)
@@ -79,8 +79,8 @@ def read_suite(path: Path, findings: Findings, *, strict: bool = False) -> Suite
         raise FsmkitError(findings)
     if "tests" not in parts or ("chart" in parts) == ("system" in parts):
         findings.add(
-            "broken-tests", "this is no file of tests", root.span,
-            help="name the tests and what they are about: `tests: Gate`, and `chart: gate.yaml` "
+            "broken-tests", "this is not a test file", root.span,
+            help="name the tests and their subject: `tests: Gate`, and `chart: gate.yaml` "
             "or `system: cell.yaml`",
         )  # fmt: skip
         raise FsmkitError(findings)
@@ -105,14 +105,14 @@ class _Reader:
 
     @property
     def is_alone(self) -> bool:
-        """Whether names go without that of a machine."""
+        """Return whether names have no machine prefix."""
         return self.system.is_open and len(self.system.machines) == 1
 
     def cases(self, parts: dict[str, nodes.Node]) -> tuple[Case, ...]:
         """Read the cases, each with the steps of ``before``.
 
-        The machines start after the inputs and results that ``before`` begins with, unless it says
-        where with the word ``start``.
+        The machines start after the leading inputs and results of ``before``, or at the word
+        ``start``.
         """
         before = tuple(self._steps(parts.get("before"), "`before`"))
         if not any(isinstance(step, Start) for step in before):
@@ -215,7 +215,7 @@ class _Reader:
         return Returns(text, pattern, tuple(values))
 
     def _of_machine(self, text: Text) -> tuple[int, Chart, Text]:
-        """Return the machine that a dotted name begins with, its chart, and what is left."""
+        """Return the machine of a dotted name, its chart, and the rest of the name."""
         if self.is_alone:
             return 0, self.system.machines[0].chart, text
         machine, dot, _ = text.value.split(" ", 1)[0].split("(", 1)[0].partition(".")
@@ -307,7 +307,7 @@ class _Reader:
     def _arguments(
         self, text: Text | None, fields: Sequence[Field], chart: Chart, name: str
     ) -> tuple[tuple[int, Value], ...]:
-        """Read values by position or as ``name = value``; `_` stands for any."""
+        """Read values by position or as ``name = value``; `_` matches any value."""
         found: dict[int, Value] = {}
         names = [field.name for field in fields]
         if text is None:
@@ -355,7 +355,7 @@ class _Reader:
 def _name_and_arguments(text: Text) -> tuple[Text, Text | None]:
     match = CALL.fullmatch(text.value)
     if match is None:
-        raise wrong_line(text, f"`{text}` is no call", "write `name` or `name(value, ...)`")
+        raise wrong_line(text, f"`{text}` is not a call", "write `name` or `name(value, ...)`")
     arguments = None if match["arguments"] is None else text.part(*match.span("arguments"))
     return text.part(*match.span("name")), arguments
 
@@ -366,7 +366,7 @@ def _require_end(words: Iterator[str], line: Text) -> None:
 
 
 def split(text: Text, separator: str) -> Iterator[Text]:
-    """Yield what stands between separators that are in no quotes and no brackets, if anything."""
+    """Yield the nonempty parts between separators outside quotes and brackets."""
     for part in split_outside(text, separator):
         if part.value.strip():
             yield part.strip()
@@ -377,6 +377,6 @@ def _text_at(node: nodes.Node) -> Text:
 
 
 def _nowhere(parts: dict[str, nodes.Node]) -> Text:
-    """Return the place of the whole file, for what is written nowhere."""
+    """Return the location of the whole file, for items without a location."""
     node = parts["tests"]
     return node.text if isinstance(node, nodes.Scalar) else Text("", node.span)

@@ -47,7 +47,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a case; it passed if there are no failures."""
+    """The outcome of a case; it passed if there are no failures."""
 
     case: Case
     failures: tuple[Failure, ...]
@@ -87,10 +87,10 @@ def run_case(
     """Run a case until it ends or an expectation fails.
 
     Args:
-        suite: The file that the case is of.
-        case: What is done and expected.
-        recorder: Counts what is reached.
-        runtime: Makes another runtime, whose trace must be that of the interpreter, line by line.
+        suite: The file of the case.
+        case: The steps and expectations.
+        recorder: Counts the coverage.
+        runtime: Creates another runtime, whose trace must equal that of the interpreter.
 
     """
     performer = _Performer(suite.system, recorder, runtime)
@@ -103,12 +103,12 @@ def run_case(
 
 @dataclass(slots=True)
 class _Answers:
-    """Results of operations: by pattern, the latest that was written first; else the default."""
+    """Results of operations: the first matching pattern, the latest first, else the default."""
 
     machine: int
     scripted: list[tuple[Pattern, list[Value]]] = field(default_factory=list)
     given: dict[str, list[Value]] = field(default_factory=dict)
-    """What was returned since it was emptied last, by operation."""
+    """Results since the last reset, by operation."""
 
     def function(self, operation: Operation) -> Callable[[tuple[Value, ...]], Value | None]:
         def answer(arguments: tuple[Value, ...]) -> Value | None:
@@ -264,7 +264,7 @@ class _Performer:
     def _evaluate_actions(
         self, patterns: Sequence[Pattern], actions: Sequence[Action], word: str, only: Span | None
     ) -> Iterator[Failure]:
-        """Match patterns in order with what happened; ``only``: nothing else did (its place)."""
+        """Match patterns in order with the actions; ``only`` (a location): reject other actions."""
         rest = iter(actions)
         told = ", ".join(map(self._text, actions)) or "nothing"
         matched = 0
@@ -317,7 +317,7 @@ def _evaluate_condition(
 
 
 def effects_within(chart: Chart, done: Macrostep) -> Iterator[tuple[Chart, Called | Emitted]]:
-    """Yield calls and events of a macrostep, those of invoked machines too, with their chart."""
+    """Yield the calls and events of a macrostep with their chart, including invoked machines."""
     for effect in done.effects:
         match effect:
             case Called() | Emitted():

@@ -10,9 +10,9 @@ from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.loading import load_machine
 from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.language import Value
-from fsmkit.testing.coverage.counters import counted_in
+from fsmkit.testing.coverage.counters import coverage_in_bytes
 from fsmkit.testing.coverage.record import ChartCoverage
-from fsmkit.testing.harness.python import Driven, MethodHost
+from fsmkit.testing.harness.python import HarnessMachine, MethodHost
 from fsmkit.testing.running import Runtime
 
 TARGETS = ("python", "c")
@@ -24,24 +24,24 @@ class Counted(Protocol):
     chart: Chart
 
     def coverage(self) -> tuple[ChartCoverage, ...]:
-        """Return what it has reached."""
+        """Return its coverage."""
 
 
-def all_of(machines: Iterable[Counted]) -> list[ChartCoverage]:
-    """Return what machines of one call of `runtime` have reached."""
+def coverage_of_machines(machines: Iterable[Counted]) -> list[ChartCoverage]:
+    """Return the coverage of the machines that one call of `runtime` created."""
     by_class = {id(machine.chart): machine for machine in machines}
     return [each for machine in by_class.values() for each in machine.coverage()]
 
 
 class _Host(MethodHost):
-    """Answers operations with what the interpreter was answered."""
+    """A host whose operations return the interpreter's results."""
 
     def __init__(self, family: Member) -> None:
         super().__init__(family)
         self.answers: dict[str, list[Value]] = {}
 
     def answer(self, operation: Operation, *_: object) -> Any:
-        """Return the next result; that of a call which the interpreter did not do is the least."""
+        """Return the next result; the minimum for a call that the interpreter did not make."""
         left = self.answers.get(operation.name)
         return left.pop(0) if left else super().answer(operation)
 
@@ -49,7 +49,9 @@ class _Host(MethodHost):
 class _Generated:
     """A generated machine that is driven from Python."""
 
-    def __init__(self, name: str, driven: type[Driven], made: type[Any], chart: Chart) -> None:
+    def __init__(
+        self, name: str, driven: type[HarnessMachine], made: type[Any], chart: Chart
+    ) -> None:
         self.name = name
         self._hosts: list[_Host] = []
         self.chart = chart
@@ -60,8 +62,8 @@ class _Generated:
         return self._hosts[-1]
 
     def coverage(self) -> tuple[ChartCoverage, ...]:
-        """Return what the counters of the machine say; it was made to count."""
-        return counted_in(self._driven.coverage(), self.name, (self.chart,))
+        """Return the counters of the machine, which was built with counting."""
+        return coverage_in_bytes(self._driven.coverage(), self.name, (self.chart,))
 
     def do(self, line: str, answers: Mapping[str, Sequence[Value]]) -> list[str]:
         """Do a line of a script and return the lines of its trace."""
@@ -73,14 +75,14 @@ class _Generated:
 
 
 def runtime(target: str, counted: list[Counted] | None = None) -> Callable[[Chart], Runtime]:
-    """Return what makes a machine of a target: ``python``, or ``c`` as an extension module.
+    """Return a constructor of machines of a target: ``python``, or ``c`` as an extension module.
 
-    Each chart is generated and built once. `FsmkitError` where the target cannot express it, or
-    nothing builds it.
+    Each chart is generated and built once. Raises `FsmkitError` if the target cannot express it,
+    or no compiler is available.
 
     Args:
         target: The target.
-        counted: Where the machines are put that are made, which then count what they reach.
+        counted: Collects the created machines, which then count coverage.
 
     """
     classes: dict[int, tuple[Chart, type[Any]]] = {}
@@ -95,11 +97,13 @@ def runtime(target: str, counted: list[Counted] | None = None) -> Callable[[Char
         if target == "python":
             if id(chart) not in classes:
                 classes[id(chart)] = chart, load_machine(chart, traced=True, covered=covered)
-            return kept(_Generated("generated Python", Driven, classes[id(chart)][1], chart))
-        from fsmkit.testing.harness.pyext import DrivenExtension, load_class
+            return kept(
+                _Generated("generated Python", HarnessMachine, classes[id(chart)][1], chart)
+            )
+        from fsmkit.testing.harness.pyext import HarnessExtension, load_class
 
         if id(chart) not in classes:
             classes[id(chart)] = chart, load_class(chart, traced=True, covered=covered)
-        return kept(_Generated("generated C", DrivenExtension, classes[id(chart)][1], chart))
+        return kept(_Generated("generated C", HarnessExtension, classes[id(chart)][1], chart))
 
     return make

@@ -48,9 +48,9 @@ class Wait:
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A call of an operation or an event that is sent, as far as it is given.
+    """A call of an operation or a sent event, as far as it is specified.
 
-    ``values``: by position, those that must be equal. ``name`` is that of the operation or event.
+    ``values``: required values by position. ``name`` is that of the operation or event.
     """
 
     at: Text
@@ -93,10 +93,11 @@ class That:
 
 @dataclass(frozen=True, slots=True)
 class Expect:
-    """What must hold of the machines now, and of all they did since the last `Expect`.
+    """Expectations about the machines now, and their actions since the last `Expect`.
 
-    ``called`` and ``sent`` happened in this order, others between them; with ``only`` no others
-    did. ``fault`` is the reason for which a machine stopped, empty for none; None: not looked at.
+    ``called`` and ``sent`` happened in this order, with others between them; with ``only``,
+    without others. ``fault`` is the reason for which a machine stopped, empty for none; None: not
+    checked.
     """
 
     at: Span

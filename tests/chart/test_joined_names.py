@@ -11,7 +11,7 @@ import pytest
 from devtools.runtimes import harness
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.diagnostics import Findings
-from fsmkit.testing.conformance.charts import replaced
+from fsmkit.testing.conformance.charts import replacement_causes
 from tests.chart.endings import endings
 
 HEAD = (
@@ -35,7 +35,7 @@ def invoking(folder: Path, inside: str) -> Any:
     path.write_text(HEAD.format("") + inside + FINALS, encoding="utf-8")
     findings = Findings()
     chart = load_with_findings(path, findings)
-    assert not replaced(findings)
+    assert not replacement_causes(findings)
     return chart
 
 

@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.binding.mathematics import evaluate
 from fsmkit.language.binding.typing import parse_with_names
 from fsmkit.runtime.session import Session
-from fsmkit.testing.conformance.charts import replaced
+from fsmkit.testing.conformance.charts import replacement_causes
 from fsmkit.testing.conformance.expectations import configurations, ends_in
 from tests.chart.endings import endings
 
@@ -163,7 +163,7 @@ def test_two_params_of_one_name_are_two_fields(scxml: Any) -> None:
         f"<transition event='*' target='fail'/></state>{FINALS}"
     )
     result = scxml(text)
-    assert replaced(result.found) == ()
+    assert replacement_causes(result.found) == ()
     event = result.chart.events[result.chart.event_index["e"]]
     assert [field.name for field in event.fields] == ["x_2", "x_1", "x"]
     for runtime in RUNTIMES:
@@ -217,7 +217,7 @@ TYPED = f"""{HEAD}<datamodel><data id="t"/><data id="u" expr="'none'"/></datamod
 @pytest.mark.parametrize("runtime", [*RUNTIMES, "c-size"])
 def test_the_type_goes_with_each_event(scxml: Any, runtime: str) -> None:
     result = scxml(TYPED)
-    assert [cause for cause in replaced(result.found) if "not there" not in cause] == []
+    assert [cause for cause in replacement_causes(result.found) if "not there" not in cause] == []
     script = ["start 0", "save", "restore 0", "run 0", "save", "restore 0", "run 0", "run 2000"]
     trace = harness(runtime).run(result.chart, script)
     assert ends_in(trace) == ("pass",), runtime
@@ -344,7 +344,7 @@ def test_what_is_replaced_is_an_error_when_read_strictly(tmp_path: Path, inside:
     path.write_text(f"{HEAD}<state id='s'>{inside}</state></scxml>", encoding="utf-8")
     findings = Findings()
     load_with_findings(path, findings)
-    assert len(replaced(findings)) >= 1
+    assert len(replacement_causes(findings)) >= 1
     with pytest.raises(FsmkitError):
         load_with_findings(path, Findings(), strict=True)
 

@@ -74,7 +74,7 @@ def test_the_worst_exit_code_counts_and_all_are_checked(
         "HOLDS",
         "4",
     ]
-    assert "4 files: 2 hold, 1 violated, 1 with errors; 1 abstract left out" in told.out
+    assert "4 files: 2 hold, 1 violated, 1 with errors; 1 abstract skipped" in told.out
     assert "trap" in told.out.splitlines()[1]
     assert "`nowhere`" in told.err
 

@@ -55,7 +55,7 @@ def test_a_file_that_would_mean_another_thing_is_left_as_it_is(
     file = tmp_path / "a.yaml"
     file.write_text(SPOILT)
     monkeypatch.setattr(
-        "fsmkit.cli.writing.fmt.formatted", lambda text, _: text.replace("{a:", "{b:")
+        "fsmkit.cli.writing.fmt.format_source", lambda text, _: text.replace("{a:", "{b:")
     )
     assert execute(["fmt", str(file)]) == 1
     assert "not-formatted" in capsys.readouterr().err

@@ -75,8 +75,8 @@ def test_nothing_is_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["gate.scxml"], "no name of a YAML file"),
-        (["1.yaml"], "begin with a letter"),
+        (["gate.scxml"], "not the name of a YAML file"),
+        (["1.yaml"], "start with a letter"),
         (["gate.yaml", "--like", "test"], "ends with `.test.yaml`"),
         (["gate.yaml", "--like", "sistem"], "did you mean `system`?"),
     ],

@@ -78,7 +78,7 @@ def test_scripts_are_scenarios(chart: str, script: str, actions: list[object]) -
 @pytest.mark.parametrize(
     ("chart", "script", "message"),
     [
-        ("gate.yaml", "start 5\n", "begins at 0"),
+        ("gate.yaml", "start 5\n", "starts at 0"),
         ("gate.yaml", "start 0\ndispatch open\n", "no line `dispatch`"),
         ("gate.yaml", "start 0\npost opne\n", "there is no event `opne`"),
         ("gate.yaml", "", "nothing in"),

@@ -77,7 +77,7 @@ def test_folders_and_the_project_file_are_watched(
         (tmp_path / "fsmkit.toml").write_text('exclude = ["charts/in"]\n')
 
     monkeypatch.setattr(watching, "wait", edits(add, set_up))
-    monkeypatch.setattr("fsmkit.cli.proving.check.evaluated", _unexplored)
+    monkeypatch.setattr("fsmkit.cli.proving.check.evaluate_file", _unexplored)
     assert execute(["check", "--watch", str(tmp_path / "charts")]) == 130
     assert capsys.readouterr().err.count("not-a-chart") == 4
 

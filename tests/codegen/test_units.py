@@ -276,9 +276,9 @@ def test_nodes_are_kept_running(deployment: Deployment, tmp_path: Path) -> None:
         (["--exec", "/bin/x '\n'"], "cannot be printed"),
         (["--exec", ""], "does not begin with an absolute path"),
         (["--exec", "/bin/x", "--node", "c"], "the deployment has no node `c`"),
-        (["--exec", "/bin/x", "--cpus", "2-3"], "`2-3` is no list of processors"),
-        (["--exec", "/bin/x", "--user", "a\nb"], "is no name of a user"),
-        (["--exec", "/bin/x", "--watchdog", "soon"], "`soon` is no duration"),
+        (["--exec", "/bin/x", "--cpus", "2-3"], "`2-3` is not a list of processors"),
+        (["--exec", "/bin/x", "--user", "a\nb"], "is not a user name"),
+        (["--exec", "/bin/x", "--watchdog", "soon"], "`soon` is not a duration"),
     ],
 )
 def test_commands_that_cannot_be_started(

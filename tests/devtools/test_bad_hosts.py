@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from devtools.bad_hosts.__main__ import CHECKS, abuse, failures_of, played, random_charts
+from devtools.bad_hosts.__main__ import CHECKS, abuse, build_and_run, failures_of, random_charts
 from devtools.bad_hosts.program import machine_program, system_program
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import load
@@ -70,14 +70,14 @@ def test_joined_machines_keep_them(is_small: bool, tmp_path: Path) -> None:
     path = tmp_path / "pair.yaml"
     path.write_text(PAIR, encoding="utf-8")
     files = system_program(load_system(path, Findings()), is_small=is_small)
-    (line,) = played(files, 4000, 1)
+    (line,) = build_and_run(files, 4000, 1)
     calls, word, *figures = line.split()
     assert (calls, word) == ("4000", "calls")
     assert int(figures[4]) > 100  # calls from within operations
     nested = "if (s->starting || s->working != 0u) {"
     assert files["pair.c"].count(nested) == 2
     files["pair.c"] = files["pair.c"].replace(nested, "if (false) {")
-    assert "broken at line" in played(files, 4000, 1)[-1]
+    assert "broken at line" in build_and_run(files, 4000, 1)[-1]
 
 
 @pytest.mark.parametrize(
@@ -104,5 +104,5 @@ def test_finds_what_breaks_them(file: str, old: str, new: str, found: str, porte
     assert old in files[file], file
     files[file] = files[file].replace(old, new)
     flags = CHECKS[file == "d0.c"]
-    (failure,) = failures_of(played(files, 6000, 1, *flags), Counter())
+    (failure,) = failures_of(build_and_run(files, 6000, 1, *flags), Counter())
     assert any(each in failure for each in found.split("|")), failure

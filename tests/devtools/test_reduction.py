@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from devtools.differential import compare, explain, first_difference, random_case, reduced
+from devtools.differential import compare, explain, first_difference, random_case, reduce_case
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
 from fsmkit.document.document import Kind
@@ -25,7 +25,7 @@ class Deaf:
 
 def test_a_divergence_is_reduced_to_its_cause() -> None:
     case = next(case for n in range(100) if compare(case := random_case(1, n), Deaf()))
-    small, divergence = reduced(case, Deaf())
+    small, divergence = reduce_case(case, Deaf())
     assert divergence is not None
     assert divergence.expected.startswith("raise")
     states = [state for state in small.chart.states[1:] if state.kind is not Kind.FINAL]
@@ -49,7 +49,7 @@ class Choosy(Deaf):
 
 def test_a_chart_that_is_refused_is_not_what_a_divergence_is_reduced_to() -> None:
     case = next(case for n in range(100) if compare(case := random_case(1, n), Deaf()))
-    _, divergence = reduced(case, Choosy(), 300)
+    _, divergence = reduce_case(case, Choosy(), 300)
     assert divergence is not None
     assert divergence.expected.startswith("raise")
 

@@ -19,7 +19,7 @@ from devtools.differential import (
     compare_all,
     elaborated,
     explain,
-    reduced,
+    reduce_case,
     target_names,
 )
 from devtools.random_charts.charts import random_document
@@ -111,7 +111,7 @@ def agree(target: str, some: tuple[Case, ...]) -> None:
     totals = compare_all(some, [harness(target)])
     for name, found in totals.divergences[:1]:
         case = next(case for case in some if case.name == name)
-        small, less = reduced(case, harness(target), 300)
+        small, less = reduce_case(case, harness(target), 300)
         pytest.fail(explain(small, less or found))
     assert totals.macrosteps > CHARTS
 

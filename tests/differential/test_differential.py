@@ -21,7 +21,7 @@ from devtools.differential import (
     explain,
     main,
     random_case,
-    reduced,
+    reduce_case,
     run_batch,
     target_names,
 )
@@ -44,7 +44,7 @@ def test_random_charts(target: str) -> None:
     for first in range(0, CHARTS.get(target, FEWER), BATCH):
         totals = run_batch(SEED, range(first, first + BATCH), [target])
         for name, found in totals.divergences[:1]:
-            small, less = reduced(random_case(SEED, int(name.split()[1])), harness(target), 300)
+            small, less = reduce_case(random_case(SEED, int(name.split()[1])), harness(target), 300)
             pytest.fail(explain(small, less or found))
         assert totals.charts == BATCH
         assert totals.refused == 0
@@ -58,7 +58,7 @@ def test_random_charts_that_are_saved_and_restored(target: str) -> None:
     totals = run_batch(SEED, range(1000, 1000 + BATCH), [target], is_saved=True)
     for name, found in totals.divergences[:1]:
         case = random_case(SEED, int(name.split()[1]), is_saved=True)
-        small, less = reduced(case, harness(target), 300)
+        small, less = reduce_case(case, harness(target), 300)
         pytest.fail(explain(small, less or found))
     assert (totals.charts, totals.refused) == (BATCH, 0)
     assert totals.macrosteps > BATCH
@@ -71,7 +71,7 @@ def test_random_charts_with_functions(target: str, charts: int) -> None:
     totals = run_batch(SEED, range(charts), [target], has_functions=True)
     for name, found in totals.divergences[:1]:
         case = random_case(SEED, int(name.split()[1]), has_functions=True)
-        small, less = reduced(case, harness(target), 300)
+        small, less = reduce_case(case, harness(target), 300)
         pytest.fail(explain(small, less or found))
     assert (totals.charts, totals.refused) == (charts, 0)
 

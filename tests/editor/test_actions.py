@@ -65,12 +65,12 @@ def performed(context: Context, path: Path, action: types.CodeAction) -> str:
 
 
 def errors(context: Context, path: Path) -> list[str]:
-    found = context.analyses.of(path).findings
+    found = context.analyses.analysis(path).findings
     return [f.message for f in found if f.severity is Severity.ERROR]
 
 
 NAMES = {
-    "event": ("event.v > 2", "event.v > 2", "stop", "Declare `stop` as event that comes in"),
+    "event": ("event.v > 2", "event.v > 2", "stop", "Declare `stop` as incoming event"),
     "data": ("event.v > 2", "total > 300", "total", "Declare `total` as data, `0..65535`"),
     "input": ("event.v > 2", "total == n", "total", "Declare `total` as input, `0..9`"),
     "constant": ("event.v > 2", "n < MOST", "MOST", "Declare `MOST` as constant"),
@@ -108,12 +108,12 @@ def test_an_operation_is_declared_by_its_call(file: str, context: Context) -> No
 @pytest.mark.parametrize("file", GATES)
 def test_a_rule_is_allowed_where_it_is_found(file: str, context: Context) -> None:
     path = opened(context, file, ("slots[1] if job.size > 1 else 0", "0"))
-    before = [f.rule.name for f in context.analyses.of(path).findings]
+    before = [f.rule.name for f in context.analyses.analysis(path).findings]
     assert "unread-data" in before
     piece = "slots: " if file.endswith("yaml") else '"slots"'
     text = performed(context, path, offered(context, path, piece)["Allow `unread-data` here"])
     assert "fsmkit: allow unread-data" in text
-    after = [f.rule.name for f in context.analyses.of(path).findings]
+    after = [f.rule.name for f in context.analyses.analysis(path).findings]
     assert sorted(after) == sorted(name for name in before if name != "unread-data")
 
 
@@ -121,14 +121,16 @@ def test_a_rule_is_allowed_where_it_is_found(file: str, context: Context) -> Non
 @pytest.mark.parametrize(("piece", "name"), [("event.v > 2", "CONSTANT"), ("2s", "DELAY")])
 def test_a_constant_is_extracted(file: str, piece: str, name: str, context: Context) -> None:
     path = opened(context, file)
-    before = context.analyses.of(path).findings
+    before = context.analyses.analysis(path).findings
     lines = context.lines(path)
     assert lines is not None
     at = lines.position(lines.text.index(piece) + len(piece) - 1)
     actions = code_actions(context, path, types.Range(at, at), None, (), is_asked=True)
     (action,) = (a for a in actions if a.title == f"Extract the constant `{name}`")
     assert name in performed(context, path, action)
-    assert [f.message for f in context.analyses.of(path).findings] == [f.message for f in before]
+    assert [f.message for f in context.analyses.analysis(path).findings] == [
+        f.message for f in before
+    ]
 
 
 @pytest.mark.parametrize("file", GATES)

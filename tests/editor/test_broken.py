@@ -35,7 +35,7 @@ def test_names_come_from_the_last_text_that_parsed(
     assert [s.name for s in outline.document_symbols(context, path)][-2:] == ["a", "b"]
     offset = broken.index("¦")
     workspace.set_text(path, broken.replace("¦", "").encode())
-    assert context.analyses.of(path).findings
+    assert context.analyses.analysis(path).findings
     lines = context.lines(path)
     assert lines is not None
     found = completion.completion(context, path, lines.position(offset))
@@ -53,7 +53,7 @@ def test_charts_that_use_or_extend_themselves_are_answered(tmp_path: Path) -> No
         "chart: A\nstates: {a: {invoke: {src: a.yaml}}}\n",
     ):
         workspace.set_text(path, text.encode())
-        assert context.analyses.of(path).findings
+        assert context.analyses.analysis(path).findings
         lines = context.lines(path)
         assert lines is not None
         assert navigation.definition(context, path, lines.position(text.index("a.yaml")))

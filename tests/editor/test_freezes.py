@@ -10,7 +10,7 @@ from fsmkit.editor.analysis import Analyses
 from fsmkit.editor.context import Context
 from fsmkit.editor.features import completion
 from fsmkit.editor.features.rename import renaming
-from fsmkit.editor.formatting import formatted
+from fsmkit.editor.formatting import format_source
 from fsmkit.editor.index.workspace import Workspace
 
 PART = """\
@@ -75,6 +75,6 @@ def test_keys_of_a_node_come_in_the_order_of_the_reference() -> None:
     messy = SYSTEM.replace("{machines: [a], silent", "{silent").replace(
         "within: 50ms..90ms}", "within:   50ms..90ms, machines: [ a ]}"
     )
-    found = formatted(messy, "two.yaml")
+    found = format_source(messy, "two.yaml")
     assert "    hall: {machines: [a], silent: [b.lost], within: 50ms..90ms}\n" in found
-    assert formatted(found, "two.yaml") == found
+    assert format_source(found, "two.yaml") == found

@@ -12,7 +12,7 @@ from pygls.exceptions import JsonRpcException
 
 from fsmkit.diagnostics import Findings
 from fsmkit.editor.context import uri_of
-from fsmkit.editor.formatting import formatted
+from fsmkit.editor.formatting import format_source
 from fsmkit.system.any_file import read_with_boards
 from tests.editor.client import Editor
 
@@ -234,11 +234,11 @@ def rename_open(editor: Editor, path: Path, piece: str, into: int, new: str) -> 
     ("piece", "into", "new", "why"),
     [
         ('state id="operational"', 10, "at_home", "there is a `at_home` already: .*feeder.yaml"),
-        ('state id="operational"', 10, "two words", "is no name for a state"),
+        ('state id="operational"', 10, "two words", "is not a valid name for a state"),
         ('input id="at"', 10, "T_PRESS", "there is a `T_PRESS` already: .*feeder.yaml"),
         ('input id="at"', 10, "and", "is a word of the language"),
         ('signature="limit"', 11, "error.mine", "is an event of the platform"),
-        ('name="Module"', 7, "Modul", "stands nowhere else"),
+        ('name="Module"', 7, "Modul", "has no other uses"),
     ],
 )
 def test_a_rename_that_clashes_is_refused_with_places(
@@ -496,7 +496,7 @@ def test_formatting_is_that_of_the_command_line(editor: Editor, cell: Path) -> N
         (module(cell), 'cond="homed"', 'cond=" homed "'),
     ):
         text = path.read_text(encoding="utf-8")
-        wanted = formatted(text, str(path))
+        wanted = format_source(text, str(path))
         editor.open(path, changed(path, old, new))
         identifier = types.TextDocumentIdentifier(uri_of(path))
         options = types.FormattingOptions(2, insert_spaces=True)

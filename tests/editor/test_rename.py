@@ -11,7 +11,7 @@ import pytest
 from fsmkit.diagnostics import Findings
 from fsmkit.editor.analysis import Analyses
 from fsmkit.editor.context import Context
-from fsmkit.editor.features.rename import RenameRefused, renaming
+from fsmkit.editor.features.rename import RenameError, renaming
 from fsmkit.editor.index.workspace import Workspace
 from fsmkit.system.any_file import read_with_boards
 
@@ -145,14 +145,14 @@ def test_parameters_are_renamed_in_the_c_of_a_binding(context: Context) -> None:
 
 
 def test_an_event_that_a_pattern_fits_must_go_on_to_fit_it(context: Context) -> None:
-    with pytest.raises(RenameRefused, match=r"would mean something else: receiver\.yaml"):
+    with pytest.raises(RenameError, match=r"would mean something else: receiver\.yaml"):
         renamed(context, "receiver.yaml", "error_of.door", 0, "door_error")
     texts = renamed(context, "receiver.yaml", "error_of.door", 0, "error_of.gate")
     assert "r.error_of.gate" in texts["two.yaml"]
 
 
 def test_a_name_that_would_hide_a_member_is_refused(context: Context) -> None:
-    with pytest.raises(RenameRefused, match=r"would mean something else: receiver\.yaml"):
+    with pytest.raises(RenameError, match=r"would mean something else: receiver\.yaml"):
         renamed(context, "receiver.yaml", "jammed: bool", 0, "jam")
 
 
@@ -171,7 +171,7 @@ def test_a_broken_file_that_names_it_stops_a_rename(context: Context) -> None:
     path = context.workspace.folders[0] / "two.yaml"
     assert context.workspace.uses(path).occurrences
     path.write_text(SYSTEM + "x: [\n", encoding="utf-8")
-    with pytest.raises(RenameRefused, match=r"two\.yaml"):
+    with pytest.raises(RenameError, match=r"two\.yaml"):
         renamed(context, "sender.yaml", "failed(why", 0, "broke")
 
 

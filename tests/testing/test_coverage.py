@@ -17,7 +17,7 @@ from fsmkit.cli import execute
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.testing.coverage import reports
 from fsmkit.testing.coverage.page import page
-from fsmkit.testing.coverage.record import FOLDER, Recorder, added, erase, load, save
+from fsmkit.testing.coverage.record import FOLDER, Recorder, add_coverage, erase, load, save
 from fsmkit.testing.machines import assert_in, calls, make_machine
 
 CHART = """\
@@ -78,11 +78,11 @@ def test_counts_add_up_in_any_order(valve: Path, tmp_path: Path) -> None:
         run(valve, (False, True)),
     ]
     whole = [part.coverage() for part in parts]
-    assert added(whole) == added(reversed(whole))
+    assert add_coverage(whole) == add_coverage(reversed(whole))
     for part in parts:
         save(part.coverage(), tmp_path / "counts")
     (loaded,) = load(tmp_path / "counts")
-    assert (loaded,) == added(whole)
+    assert (loaded,) == add_coverage(whole)
     figures = reports.figures(loaded)
     assert figures.states == reports.Figure(2, 2)
     assert figures.transitions == reports.Figure(2, 3)
@@ -107,7 +107,7 @@ def test_counts_of_another_chart_are_refused(valve: Path) -> None:
     valve.write_text(CHART)
     after = run(valve, (True, False)).coverage()
     with pytest.raises(FsmkitError, match=r"`Valve` of `.*` has changed between two runs"):
-        added((before, after))
+        add_coverage((before, after))
 
 
 def test_machines_with_other_constants_are_not_another_chart(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_machines_with_other_constants_are_not_another_chart(tmp_path: Path) -> 
         recorder = Recorder()
         make_machine(path, None, recorder).dispatch("go")
         recorders.append(recorder.coverage())
-    assert len(added(recorders)) == 2
+    assert len(add_coverage(recorders)) == 2
 
 
 def test_charts_of_one_name_that_are_invoked_inline(tmp_path: Path) -> None:
@@ -138,12 +138,12 @@ def test_charts_of_one_name_that_are_invoked_inline(tmp_path: Path) -> None:
         recorder = Recorder()
         make_machine(path, None, recorder)
         runs.append(recorder.coverage())
-    charts = [chart for chart in added(runs) if chart.name == "Part"]
+    charts = [chart for chart in add_coverage(runs) if chart.name == "Part"]
     assert [[s.text for s in chart.states] for chart in charts] == [["one"], ["two"]]
     path.write_text(path.read_text().replace("two", "three"))
     make_machine(path, None, changed := Recorder())
     with pytest.raises(FsmkitError, match="has changed between two runs"):
-        added((*runs, changed.coverage()))
+        add_coverage((*runs, changed.coverage()))
 
 
 @pytest.mark.parametrize(

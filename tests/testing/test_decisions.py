@@ -11,9 +11,9 @@ from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Node, Outcomes, Sha
 from fsmkit.testing.coverage.decisions import (
     covered_conditions,
     decided,
-    kept,
+    deciding_conditions,
     numbers,
-    unmasked,
+    stored_outcomes,
 )
 
 
@@ -75,7 +75,7 @@ def test_what_is_unmasked_is_what_alone_makes_another_decision(
     values = tuple(data.draw(st.lists(st.booleans(), min_size=count, max_size=count)))
     outcomes = outcomes_of(shape, values)
     expected = {number for number in range(count) if decides(shape, outcomes, number)}
-    assert unmasked(shape, outcomes) == expected
+    assert deciding_conditions(shape, outcomes) == expected
 
 
 def test_a_condition_is_covered_by_two_values_that_decide() -> None:
@@ -97,11 +97,11 @@ def test_a_condition_is_covered_by_two_values_that_decide() -> None:
 def test_of_many_conditions_each_counts_alone() -> None:
     count = MOST_CONDITIONS + 1
     outcomes = (True,) * (count - 1) + (None,)
-    assert len(list(kept(outcomes))) == count - 1
-    assert list(kept(outcomes[1:])) == [outcomes[1:]]
-    assert covered_conditions(0, count, [*kept(outcomes), *kept((False,) * count)]) == (
-        (True,) * (count - 1) + (False,)
-    )
+    assert len(list(stored_outcomes(outcomes))) == count - 1
+    assert list(stored_outcomes(outcomes[1:])) == [outcomes[1:]]
+    assert covered_conditions(
+        0, count, [*stored_outcomes(outcomes), *stored_outcomes((False,) * count)]
+    ) == ((True,) * (count - 1) + (False,))
 
 
 @given(shapes)
@@ -114,4 +114,4 @@ def test_ways_are_all_outcomes_and_their_numbers_are_sums(shape: Shape) -> None:
     assert len(ways.outcomes) == len(every)
     for number, outcomes in enumerate(ways.outcomes):
         missed = zip(ways.missed, outcomes, strict=True)
-        assert sum(added for added, value in missed if value is False) == number
+        assert sum(add_coverage for add_coverage, value in missed if value is False) == number

@@ -1,1 +1,1 @@
-"""What verbs share: their options, what they print with, files written whole, interrupts."""
+"""Common parts of verbs: options, output, atomic writing of files, interrupts."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from fsmkit.chart.chart import Chart
-from fsmkit.cli.common.counted import Counted, print_counted
+from fsmkit.cli.common.counts import CountedFile, print_counts
 from fsmkit.cli.common.options import Reading
 from fsmkit.codegen.existing_c.checks import check_binding
 from fsmkit.codegen.existing_c.model import Binding
@@ -18,11 +18,11 @@ from fsmkit.system.any_file import read_chart
 NO_BINDING = "none"
 
 
-def bound_by(file: Path, option: str | None, model: object, target: str) -> str | None:
-    """Return the file of the binding that a chart is compiled with; None without one.
+def binding_file_of(file: Path, option: str | None, model: object, target: str) -> str | None:
+    """Return the binding file of a chart, or None.
 
-    ``option``: as it was given; by default the file of that name beside the chart counts, for the
-    target ``c``.
+    ``option``: the given file; by default the one of that name beside the chart, for the target
+    ``c``.
     """
     if option == NO_BINDING:
         return None
@@ -37,9 +37,9 @@ def bound_by(file: Path, option: str | None, model: object, target: str) -> str 
 
 
 def check_bindings(files: Sequence[Path], reading: Reading, *, as_json: bool) -> int:
-    """Report what of bindings does not fit their charts; 0 if all fit.
+    """Report bindings that do not match their charts; return 0 if all match.
 
-    Raises `FsmkitError` with every finding of the first file that cannot be used.
+    Raises `FsmkitError` with every finding of the first invalid file.
     """
     findings = reading.findings()
     read = []
@@ -49,8 +49,8 @@ def check_bindings(files: Sequence[Path], reading: Reading, *, as_json: bool) ->
         check_binding(binding, chart, findings)
         findings.stop_on_errors()
         read.append((file, binding))
-    counted = [Counted(file, b.chart.value, figures(b)) for file, b in read]
-    return print_counted(counted, "bindings", "chart", findings, as_json=as_json)
+    counted = [CountedFile(file, b.chart.value, figures(b)) for file, b in read]
+    return print_counts(counted, "bindings", "chart", findings, as_json=as_json)
 
 
 def figures(binding: Binding) -> dict[str, int]:

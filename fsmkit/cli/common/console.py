@@ -1,7 +1,7 @@
-"""What every verb prints with: findings on standard error, results on standard output.
+"""The output of verbs: findings on standard error, results on standard output.
 
-Streams: `result` prints what a verb is there to print, `out` remarks on what was done, which
-``--quiet`` leaves out, and `err` findings and progress.
+`result` prints the result of a verb, `out` remarks that ``--quiet`` omits, and `err` findings and
+progress.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Stream:
     """
 
     def __init__(self, *, stderr: bool = False, width: int | None = None) -> None:
-        """Take standard output, or standard error; ``width`` is that of the terminal, or given."""
+        """Open standard output or standard error; ``width`` overrides that of the terminal."""
         self._is_error, self._wide = stderr, width
         self.set_up()
 
@@ -48,7 +48,7 @@ class Stream:
 
     @property
     def console(self) -> Styled:
-        """The console of rich, for what draws on one."""
+        """The console of rich, for output that needs one."""
         if self._console is None:
             from fsmkit.cli.common.styled import Styled
 
@@ -58,7 +58,7 @@ class Stream:
 
     @property
     def is_terminal(self) -> bool:
-        """Whether somebody may be looking."""
+        """Return whether the stream is a terminal."""
         return self.console.is_terminal
 
     @property
@@ -79,13 +79,13 @@ unwrapped = Stream(width=LONGEST_LINE)
 """As `result`, for trees in a pipe: a line an item."""
 
 reported: list[Diagnostic] = []
-"""The findings of the command line at hand, for the SARIF log."""
+"""The findings of the current command line, for the SARIF log."""
 verbosity = 0
 """-1: errors only; 1: with the explanation of each rule."""
 
 
 def set_up(color: str = "auto", how_much: int = 0) -> None:
-    """Begin a command line."""
+    """Configure the streams of a command line."""
     global verbosity  # noqa: PLW0603  (one command line at a time, as of standard output)
     verbosity = how_much
     for stream in (result, unwrapped, err):
@@ -121,7 +121,7 @@ def report(diagnostics: Iterable[Diagnostic]) -> None:
 
 @contextmanager
 def progress(description: str, *, is_quiet: bool) -> Iterator[Callable[[str], None]]:
-    """Show on a terminal what is going on; yields a function that changes what is shown."""
+    """Show progress on a terminal; yields a function that changes its description."""
     if is_quiet or not err.is_terminal:
         yield lambda _: None
         return
@@ -141,8 +141,8 @@ def print_json(document: object) -> None:
 
 
 def interrupted() -> int:
-    """Say that the user stopped it; the exit code of a shell for SIGINT."""
-    sys.stderr.write("interrupted\n")  # at once: a second interrupt is not long in coming
+    """Report an interrupt by the user; return the exit code of a shell for SIGINT."""
+    sys.stderr.write("interrupted\n")  # immediately: a second interrupt may follow soon
     return 130
 
 

@@ -13,15 +13,15 @@ from fsmkit.emit import plain
 from fsmkit.verify.report.verdict import Report
 
 VERSION = "0.2.0"
-"""Of the form of `launch.json`."""
+"""Version of the format of `launch.json`."""
 TRACES = "traces"
-"""The folder beside the configurations, unless the traces are saved elsewhere."""
+"""The default folder of traces, beside the configurations."""
 
 
 def read_configurations(path: Path) -> dict[str, Any]:
-    """Return what a file of configurations holds; nothing yet where there is none.
+    """Return the content of a file of configurations; empty if the file is missing.
 
-    `FsmkitError` (``unwritable-output``) where nothing can be added to it.
+    Raises `FsmkitError` (``unwritable-output``) if it cannot be extended.
     """
     if not path.exists():
         return {"version": VERSION, "configurations": []}
@@ -30,7 +30,7 @@ def read_configurations(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise _unusable(path, (error.strerror or "it cannot be read").lower()) from error
     except ValueError as error:
-        raise _unusable(path, "it is no plain JSON, perhaps for its comments") from error
+        raise _unusable(path, "it is not plain JSON, perhaps because of comments") from error
     own = found.get("configurations", []) if isinstance(found, dict) else None
     if not isinstance(own, list) or not all(isinstance(each, dict) for each in own):
         raise _unusable(path, "it has no list of configurations")
@@ -40,9 +40,10 @@ def read_configurations(path: Path) -> dict[str, Any]:
 def with_counterexamples(
     before: Mapping[str, Any], report: Report, traces: Mapping[str, Path]
 ) -> str | None:
-    """Return the text of configurations to which counterexamples are added; None if none is new.
+    """Return the configurations with the counterexamples added; None if none is new.
 
-    One of the same name gets the trace and keeps its other keys. ``traces``: files, by property.
+    An existing configuration of the same name gets the trace and keeps its other keys. ``traces``:
+    files, by property.
     """
     system = plain(report.closed.system.name)
     made: list[dict[str, str]] = [

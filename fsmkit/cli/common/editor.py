@@ -12,16 +12,16 @@ from fsmkit.diagnostics import fail
 
 
 def editor(command: str) -> Callable[[Path, int], None]:
-    """Return what opens a file at a line.
+    """Return a function that opens a file at a line.
 
-    ``{file}`` and ``{line}`` in the words of the command stand for them; without ``{file}`` it is
-    the last word. No shell reads it. `FsmkitError` (``wrong-option``) where there is no such
-    program; what is returned raises `FsmkitError` (``wrong-command``) where it cannot be started.
+    It replaces ``{file}`` and ``{line}`` in the words of the command; without ``{file}`` it
+    appends the file. No shell is involved. Raises `FsmkitError` (``wrong-option``) if the program
+    does not exist; the returned function raises ``wrong-command`` if it cannot start.
     """
     try:
         words = shlex.split(command)
     except ValueError as error:
-        raise fail("wrong-option", f"`{command}` is no command: {error}") from error
+        raise fail("wrong-option", f"`{command}` is not a command: {error}") from error
     if not words or shutil.which(words[0]) is None:
         help_ = "write a program, as in `code -g {file}:{line}`"
         raise fail("wrong-option", f"there is no program `{words[0] if words else ''}`", help=help_)

@@ -1,4 +1,4 @@
-"""What the machine has no more of is no bug of ours: memory, disk space, files, processes."""
+"""Report exhausted memory, disk space, files or processes as findings, not as bugs."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ OF_THE_MACHINE = {
 SHOWN = 40
 """Characters of a name that is too long."""
 BROKEN = {errno.EROFS, errno.EIO}
-"""What cannot be written at all."""
+"""Errors of writing."""
 WORDS = {"allocate memory": "memory", "failed to map": "memory", "start new thread": "threads"}
-"""What errors without a number say."""
+"""Messages of errors without a number."""
 
 
 def exhausted(error: Exception) -> FsmkitError | None:
@@ -33,12 +33,12 @@ def exhausted(error: Exception) -> FsmkitError | None:
             return _too_long(str(error.filename))
         what = OF_THE_MACHINE.get(error.errno)
         if error.errno in BROKEN:
-            return _failed(f"what is to be written cannot be: {reason}")
+            return _failed(f"the output cannot be written: {reason}")
     else:
         what = what or next((w for words, w in WORDS.items() if words in reason), None)
     if what is None:
         return None
-    return _failed(f"there is no more {what}" + (f": {reason}" if reason else ""))
+    return _failed(f"the {what} is exhausted" + (f": {reason}" if reason else ""))
 
 
 def _too_long(name: str) -> FsmkitError:

@@ -1,4 +1,4 @@
-"""The options of verbs that explore: what is explored, how, and for how long."""
+"""The options of verbs that explore: subject, method and limits."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import Any
 
 import click
 
-from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.interrupts import start_time
 from fsmkit.cli.common.options import (
     REPLACE,
     SILENT,
     TIMEOUT,
     OneOf,
-    by_default,
     project_for,
     read_max_pending,
     read_size,
+    value_or_default,
 )
 from fsmkit.verify.explore import REDUCTIONS, ExplorationOptions
 from fsmkit.verify.resources.deadline import Deadline
@@ -36,7 +36,7 @@ COMPUTERS = ("mpi", "hostfile", "checkpoints", "checkpoint_every")
 
 @dataclass(frozen=True, slots=True)
 class Exploring:
-    """What the options say. ``names``: of the properties to evaluate, none: all."""
+    """The values of the options. ``names``: the properties to evaluate; empty: all."""
 
     options: ExplorationOptions
     names: frozenset[str]
@@ -45,7 +45,7 @@ class Exploring:
 
 
 def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
-    """Add the options to a verb with the argument ``file`` or ``files``, which gets `Exploring`."""
+    """Add the options to a verb with the argument ``file`` or ``files``; it gets `Exploring`."""
 
     @click.option(
         "--property",
@@ -146,9 +146,9 @@ def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
         files = more.get("files") or (more["file"],)
         project, context = project_for(files), click.get_current_context()
         if project is not None:
-            timeout = by_default(context, "timeout", timeout, project.check.get("timeout"))
-            memory = by_default(context, "memory", memory, project.check.get("memory"))
-        deadline = Deadline(timeout, began())
+            timeout = value_or_default(context, "timeout", timeout, project.check.get("timeout"))
+            memory = value_or_default(context, "memory", memory, project.check.get("memory"))
+        deadline = Deadline(timeout, start_time())
         if silent and time != "untimed":
             raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
         if mpi is None and hostfile is not None:

@@ -14,7 +14,7 @@ from fsmkit.diagnostics.fixes import Edit, apply_edits
 from fsmkit.system.any_file import read_with_boards
 
 MOST_ROUNDS = 20
-"""Times that a file is read again: a mended text may show what hid behind the fault."""
+"""Maximum number of passes over a file: a fix may reveal further errors."""
 
 
 def fixed(files: Sequence[Path], reading: Reading) -> list[str]:

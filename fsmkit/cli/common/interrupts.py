@@ -1,4 +1,4 @@
-"""Interrupts from outside, and when the process began: what holds for a whole command line."""
+"""Handle interrupts, and know the start time of the command line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from types import FrameType
 
 
 def _age() -> float:
-    """Return for how many seconds this process has been there, as far as the system says."""
+    """Return the age of this process in seconds, if the system provides it."""
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
         began = int(fields[19]) / os.sysconf("SC_CLK_TCK")  # since the system began: proc(5)
@@ -24,13 +24,13 @@ _received: list[int] = []
 _again: list[float] = []
 
 
-def began() -> float:
-    """Return when the command line began, by `time.monotonic`: with the process, if it is all."""
+def start_time() -> float:
+    """Return the start of the command line by `time.monotonic`: of the process if possible."""
     return _again[-1] if _again else time.monotonic() - (_age() if _listening else 0)
 
 
-def begin_again() -> None:
-    """Let the command line begin now, as it does when it is run again by itself."""
+def restart_clock() -> None:
+    """Set the start of the command line to now, for an automatic repetition."""
     _again[:] = [time.monotonic()]
 
 

@@ -23,7 +23,7 @@ from fsmkit.verify.report.show import STYLES
 from fsmkit.verify.report.verdict import Report, Verdict
 
 TESTS = (".test.yaml", ".test.yml")
-"""What the names of files with tests end with."""
+"""Suffixes of test files."""
 
 Evaluate = Callable[[Path], tuple[System, Report]]
 Document = Callable[[Report], Mapping[str, object]]
@@ -34,12 +34,12 @@ MODELS = {
     ".yaml": re.compile(rb"^(\xef\xbb\xbf)?(chart|system)\s*:", re.MULTILINE),
     ".yml": re.compile(rb"^(\xef\xbb\xbf)?(chart|system)\s*:", re.MULTILINE),
 }
-"""Which files of a folder are charts or systems: by suffix, and by what stands in them."""
+"""Suffixes of charts and systems, and the content that identifies them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What came of one file: a report, or an exit code and why there is none."""
+    """The result of one file: a report, or an exit code and the reason."""
 
     file: Path
     report: Report | None
@@ -48,15 +48,15 @@ class Answer:
 
     @property
     def word(self) -> str:
-        """The verdict in a word; ``error`` where there is none."""
+        """Return the verdict as a word; ``error`` without a report."""
         return "error" if self.report is None else self.report.verdict.value
 
 
 def check_several(paths: Sequence[Path], evaluate: Evaluate, document: Document | None) -> int:
-    """Check all charts and systems that paths name; return the worst exit code.
+    """Check all charts and systems in `paths`; return the highest exit code.
 
-    A bug of ours in one is reported, and the others go on; an interrupt ends all. ``document``: how
-    a report is made data; then one JSON document with all of them is printed.
+    An internal error in one file is reported, and the others continue; an interrupt stops all.
+    ``document`` converts a report to data; then one JSON document with all of them is printed.
     """
     named = tuple(dict.fromkeys(file for path in paths for file in models(path)))
     files = tuple(file for file in named if not is_abstract(file))
@@ -74,7 +74,7 @@ def check_several(paths: Sequence[Path], evaluate: Evaluate, document: Document 
         counts = {word: sum(a.word == word for a in answers) for word in ORDER}
         told = ", ".join(f"{n} {SHOWN[word]}" for word, n in counts.items() if n)
         skipped = len(named) - len(files)
-        told += f"; {skipped} abstract left out" if skipped else ""
+        told += f"; {skipped} abstract skipped" if skipped else ""
         missing = len(files) - len(answers)
         told += f"; interrupted, {missing} not checked" if missing else ""
         result.print(f"{len(answers)} files: {told}", style="dim")
@@ -90,7 +90,7 @@ def models(path: Path) -> Iterator[Path]:
         yield path
         return
     project = project_of(path)
-    found = [file for file in below(path, project) if is_model(file)]
+    found = [file for file in files_below(path, project) if is_model(file)]
     if not found:
         raise _nothing("chart or system", (path,))
     yield from found
@@ -104,18 +104,15 @@ def _nothing(what: str, paths: Sequence[Path]) -> FsmkitError:
     )
 
 
-def below(folder: Path, project: Project | None = None) -> Iterator[Path]:
-    """Yield the files below a folder, in order of name, files before folders.
-
-    What the project excludes is left out.
-    """
+def files_below(folder: Path, project: Project | None = None) -> Iterator[Path]:
+    """Yield the files below a folder by name, files before folders, without excluded ones."""
     entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
     if project is not None and project.exclude:
         entries = [entry for entry in entries if not project.excludes(entry)]
     yield from (entry for entry in entries if entry.is_file())
     for entry in entries:
         if entry.is_dir() and not entry.is_symlink():
-            yield from below(entry, project)
+            yield from files_below(entry, project)
 
 
 def is_model(file: Path) -> bool:
@@ -127,7 +124,7 @@ def is_model(file: Path) -> bool:
 
 
 def is_abstract(file: Path) -> bool:
-    """Whether a file is a chart that is there to be extended; one that is broken is not."""
+    """Return whether a file is an abstract chart; False if it has an error."""
     try:
         return read_document(file, Findings()).abstract
     except FsmkitError:

@@ -25,13 +25,13 @@ Verb = TypeVar("Verb", bound=Callable[..., Any])
 
 
 class OneOf(click.Choice[str]):
-    """A value out of a list; of any other one the error says what is probably meant.
+    """A value of a list; the error for any other value suggests the nearest one.
 
-    ``what`` is what a value is called: "there is no target `uml`".
+    ``what`` is the kind of value: "there is no target `uml`".
     """
 
     def __init__(self, what: str, choices: Sequence[str]) -> None:
-        """Keep what the values are called, and what there is."""
+        """Store the kind of value, and the permitted values."""
         super().__init__(choices)
         self.what = what
 
@@ -43,7 +43,7 @@ class OneOf(click.Choice[str]):
 
 
 def no_such(what: str, value: str, known: Sequence[str]) -> str:
-    """Say that a value is unknown, what there is, and what is probably meant."""
+    """Return the message for an unknown value, with the known ones and a suggestion."""
     near = nearest_name(value, known)
     hint = "" if near is None else f"; did you mean `{near}`?"
     return f"there is no {what} `{value}`: {', '.join(known) or 'there is none'}{hint}"
@@ -56,7 +56,7 @@ def path_option(*names: str, **settings: Any) -> Callable[[Verb], Verb]:
 
 @contextmanager
 def option_value() -> Iterator[None]:
-    """Make a diagnostic about the value of an option what it is: a wrong use, exit code 2."""
+    """Convert a diagnostic about the value of an option to a usage error, exit code 2."""
     try:
         yield
     except FsmkitError as error:
@@ -65,7 +65,7 @@ def option_value() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How charts are read and what is made of what is found.
+    """The options for reading charts and for the severity of findings.
 
     ``--strict --error --allow --set``.
     """
@@ -75,9 +75,9 @@ class Reading:
     parameters: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, file: Path) -> Reading:
-        """Return how a file is read: rules count as its project says, unless options do.
+        """Return the settings for a file: those of its project, overridden by options.
 
-        Raises `FsmkitError` with what is wrong in the project file.
+        Raises `FsmkitError` with the errors of the project file.
         """
         from fsmkit.document.project import (  # `fsmkit --help` needs no language
             project_of,
@@ -88,7 +88,7 @@ class Reading:
         return replace(self, policy=with_levels(self.policy, project))
 
     def findings(self) -> Findings:
-        """Return an empty collection in which rules count as the options say."""
+        """Return an empty collection with the severities that the options set."""
         return Findings(self.policy)
 
 
@@ -142,10 +142,10 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
     return whole
 
 
-def by_default(context: click.Context, name: str, value: Any, given: str | None) -> Any:
-    """Return the value of an option; where the command line has none, that of the project file.
+def value_or_default(context: click.Context, name: str, value: Any, given: str | None) -> Any:
+    """Return the value of an option, by default that of the project file.
 
-    ``given``: the text of the project file, None if it has none.
+    ``given``: the source in the project file, or None.
     """
     source = context.get_parameter_source(name)
     if given is None or source not in (ParameterSource.DEFAULT, None):
@@ -208,7 +208,7 @@ def read_size(ctx: click.Context, param: click.Parameter, value: str) -> int:
 
     found = size_of(value)
     if found is None:
-        raise click.BadParameter(f"`{value}` is no size such as 4G or 512M", ctx, param)
+        raise click.BadParameter(f"`{value}` is not a size such as 4G or 512M", ctx, param)
     return found
 
 
@@ -219,7 +219,7 @@ def read_span(ctx: click.Context, param: click.Parameter, value: str) -> float:
     found = seconds_of(value)
     if found is None:
         raise click.BadParameter(
-            f"`{value}` is no duration such as 30s or 10m; units are ms, s, m, h", ctx, param
+            f"`{value}` is not a duration such as 30s or 10m; units are ms, s, m, h", ctx, param
         )
     return found
 
@@ -233,7 +233,9 @@ def read_max_pending(ctx: click.Context, param: click.Parameter, value: str | No
     if value == "none":
         return UNLIMITED
     if not value.isdecimal() or int(value) >= UNLIMITED:
-        raise click.BadParameter(f"`{value}` is no number of events; `none`: no limit", ctx, param)
+        raise click.BadParameter(
+            f"`{value}` is not a number of events; `none`: no limit", ctx, param
+        )
     return int(value)
 
 

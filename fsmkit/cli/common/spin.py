@@ -66,7 +66,7 @@ def _result(property_: Property | None, trace: Counterexample) -> Result:
 
 
 def _report(network: Network, result: Result) -> Report:
-    """Return the path as a report, which is what is saved."""
+    """Return the path as a report for saving."""
     steps = 0 if result.trace is None else len(result.trace.steps)
     exploration = Exploration(
         engine="spin",

@@ -34,28 +34,28 @@ from fsmkit.system.system import System
 HELP = """\
   {event} a=1 b=2      post an event and run; `post {event}` posts one of any name
   wait 500ms         let time pass{set}
-  {operation} returns 1, 2    what the operation returns from here on, one value a call
-  state              what is active
+  {operation} returns 1, 2    the operation's next results, one per call
+  state              the active states
   data               values of data, inputs and outputs
-  events             the events there are; * marks those that something active looks at
+  events             the events; * marks those that active states handle
   quit               leave"""
 MOST_PASSED = CLOCK_MARGIN
-"""Ticks between two readings of a 32-bit clock: whatever waits, no deadline is too far away."""
+"""Ticks between two readings of a 32-bit clock, so that every deadline is within its range."""
 WORDS = ("wait", "set", "post")
-"""Words a line can begin with that are no event."""
+"""First words of lines that are not events."""
 
 
 class OneMachine:
     """A chart alone, under a script; its name among machines is empty."""
 
     at_start = ("start 0", "run 0")
-    """What the machine sent to itself at its start is taken before any time passes."""
+    """Events that the machine sent to itself at its start are taken before time passes."""
     help = HELP.format(
         event="EVENT", operation="OPERATION", set="\n  set INPUT VALUE    change an input and run"
     )
 
     def __init__(self, chart: Chart, seed: int) -> None:
-        """Stand before the start."""
+        """Create the machine without starting it."""
         self.charts = {"": chart}
         self._player = Player(chart, SeededHost(chart, seed))
 
@@ -65,11 +65,11 @@ class OneMachine:
         return self._player.snapshot
 
     def play(self, line: Text) -> Iterator[tuple[str, Macrostep | str]]:
-        """Do what a line of a script says."""
+        """Execute a script line."""
         return (("", done) for done in self._player.play(line))
 
     def steps(self, line: Text) -> tuple[str, ...]:
-        """Return the script lines of what is typed."""
+        """Return the script lines of a typed line."""
         return steps_of(self.charts[""], line)
 
     def document(self, steps: list[dict[str, Any]]) -> dict[str, Any]:
@@ -92,7 +92,7 @@ class SystemMachines(SystemPlayer):
     help = HELP.format(event="MACHINE.EVENT", operation="MACHINE.OPERATION", set="")
 
     def steps(self, line: Text) -> tuple[str, ...]:
-        """Return the script lines of what is typed."""
+        """Return the script lines of a typed line."""
         word, _, rest = line.value.partition(" ")
         if not word:
             return ()
@@ -119,7 +119,7 @@ Machines = OneMachine | SystemMachines
 
 
 def machines_of(model: Chart | System, seed: int) -> Machines:
-    """Return what a script drives; operations that return something are answered by chance."""
+    """Return the machines of a chart or system; operations return pseudo-random values."""
     return OneMachine(model, seed) if isinstance(model, Chart) else SystemMachines(model, seed)
 
 
@@ -143,11 +143,11 @@ class Stepper:
     def start(self) -> None:
         """Start at time 0."""
         for line in self.machines.at_start:
-            self._play(at_line(line))
+            self._play(with_location(line))
 
     def do(self, item: str) -> None:
         """Do one thing: an event, ``wait``, ``set``; an empty one is nothing."""
-        line = at_line(item.strip())
+        line = with_location(item.strip())
         for step in self.machines.steps(line):
             if step.startswith("wait "):
                 self._now += int(step.removeprefix("wait "))
@@ -160,7 +160,7 @@ class Stepper:
             self._play(line)
 
     def answer(self, question: str) -> bool:
-        """Answer a question of whoever looks on; False if it is none."""
+        """Execute a query of the user; return False if the line is not a query."""
         if question not in ("state", "data", "events"):
             return False
         for name, chart in self.machines.charts.items():
@@ -243,12 +243,12 @@ def event_text(event: Event) -> str:
 
 
 def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> list[str]:
-    """Return the script of ``--events`` (which starts at 0), or the one that was given."""
+    """Return the script of ``--events`` (which starts at 0), or the given one."""
     if script is not None:
         return script
     lines, now = [*OneMachine.at_start], 0
     for item in (events or "").replace("\n", ";").split(";"):
-        for step in steps_of(chart, at_line(item.strip())):
+        for step in steps_of(chart, with_location(item.strip())):
             if step.startswith("wait "):
                 now += int(step.removeprefix("wait "))
             else:
@@ -257,7 +257,7 @@ def script_lines(chart: Chart, events: str | None, script: list[str] | None) -> 
 
 
 def steps_of(chart: Chart, line: Text) -> tuple[str, ...]:
-    """Return the script lines that do what a line says; ``{now}`` is the time, ``wait`` ticks."""
+    """Return the script lines of a line; ``{now}`` is the time, ``wait`` takes ticks."""
     word, _, rest = line.value.partition(" ")
     if not word:
         return ()
@@ -306,6 +306,6 @@ def _steps(chart: Chart, word: str, rest: str, line: Text) -> tuple[str, ...]:
     return (step, "run {now}")
 
 
-def at_line(text: str) -> Text:
-    """Return what was given on the command line, with a place."""
+def with_location(text: str) -> Text:
+    """Return a string of the command line with a location."""
     return Text(text, Span(Source("<events>", text), 0, len(text)))

@@ -1,4 +1,4 @@
-"""Styled text on a stream: what `fsmkit.cli.common.console` imports when it prints."""
+"""Print styled text; `fsmkit.cli.common.console` imports this module at its first output."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Styled(Console):
     """A stream of styled text, for one command line."""
 
     def __init__(self, *, stderr: bool, width: int | None, color: str) -> None:
-        """Open standard output, or standard error; ``width`` is that of the terminal, or given.
+        """Open standard output or standard error; ``width`` overrides that of the terminal.
 
         ``color``: print in colours ``always``, ``never``, or on terminals (``auto``).
         """
@@ -47,22 +47,26 @@ class Styled(Console):
         )
         text = objects[0] if is_plain else None
         if isinstance(text, Text):
-            self.file.write(f"{harmless(text.plain)}\n")
+            self.file.write(f"{without_controls(text.plain)}\n")
         elif isinstance(text, str) and options.get("markup") is False:
-            self.file.write(f"{harmless(text)}\n")
+            self.file.write(f"{without_controls(text)}\n")
         else:
             super().print(*objects, **options)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterable[Segment]:
-        """Yield what is printed; nothing in a text is a command to the terminal."""
+        """Yield the printed segments, without control sequences of the text."""
         for segment in super().render(renderable, options):
-            yield segment if segment.control else segment._replace(text=harmless(segment.text))
+            yield (
+                segment
+                if segment.control
+                else segment._replace(text=without_controls(segment.text))
+            )
 
 
-def harmless(text: str) -> str:
-    """Return a text without what a terminal would obey."""
+def without_controls(text: str) -> str:
+    """Return a string without control characters of terminals."""
     if text.isprintable():
         return text
     return "".join(

@@ -1,4 +1,4 @@
-"""Verbs: commands whose options stand under headings, and the options that all of them have."""
+"""Verbs: commands whose options are grouped by headings, and their common options."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from fsmkit.cli.common.options import OneOf
 
 @dataclass
 class Options:
-    """What the command line says for all verbs alike."""
+    """The values of the options common to all verbs."""
 
     sarif: Path | None = None
 
 
 def _set_up(ctx: click.Context, param: click.Parameter, value: object) -> None:
-    """Set up the streams; called for each of the options, of which all that came before count."""
+    """Configure the streams; called for each of the common options."""
     talk: dict[str, object] = ctx.meta.setdefault("fsmkit.talk", {})
     talk[str(param.name)] = value
     verbosity = -1 if talk.get("quiet") else 1 if talk.get("verbose") else 0
@@ -82,16 +82,16 @@ MOVED = {
     "check --patience": "--max-pending",
     "export --most": "--max-states",
 }
-"""Options of earlier versions, after their verb, and what to write instead."""
+"""Options of earlier versions, after their verb, and their replacements."""
 COLUMN = 34
-"""The widest option whose help stands on the same line."""
+"""The widest option with its help on the same line."""
 
 
 class Verb(click.Command):
-    """A verb. ``headings``: names of parameters, by heading; the others stand at the top."""
+    """A verb. ``headings``: parameters by heading; the others are listed first."""
 
     def __init__(self, name: str, *, headings: Mapping[str, Sequence[str]], **more: Any) -> None:
-        """Add the options of every verb, and keep which option stands under which heading."""
+        """Add the common options, and store the heading of each option."""
         super().__init__(name, **more)
         own = {parameter.name for parameter in self.params}
         self.params += [option for option in everywhere() if option.name not in own]

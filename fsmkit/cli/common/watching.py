@@ -12,13 +12,13 @@ import click
 
 from fsmkit.chart.loading import READ, Stamp, stamp
 from fsmkit.cli.common.console import err, report, reported
-from fsmkit.cli.common.interrupts import begin_again, received
+from fsmkit.cli.common.interrupts import received, restart_clock
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.document.project import project_of
 from fsmkit.document.python_objects import is_reference
 
 POLL = 0.3
-"""Seconds between two looks at the files, where nothing reports changes."""
+"""Seconds between two checks of the files if the system does not report changes."""
 SETTLE = 0.05
 """Seconds without a change until files count as written."""
 
@@ -47,15 +47,15 @@ def watched(body: Callable[..., int]) -> Callable[..., int]:
 
 
 def run_again(run: Callable[[], int], paths: Iterable[Path]) -> int:
-    """Run a verb, wait until a file that it read has changed, and so on.
+    """Run a verb after each change of a file that it read.
 
     Args:
-        run: What is run; its findings are reported, and it is run again after them, too.
+        run: The verb; its findings are reported.
         paths: The files and folders of the command line.
 
     Returns:
-        The exit code of a run that an interrupt has ended; while this waits, an interrupt is
-        raised as `KeyboardInterrupt`.
+        The exit code of a run that was interrupted. An interrupt while waiting is raised as
+        `KeyboardInterrupt`.
 
     """
     while True:
@@ -72,7 +72,7 @@ def run_again(run: Callable[[], int], paths: Iterable[Path]) -> int:
             return code
         err.print(f"watching {len(stamps)} files and folders", style="dim")
         wait(stamps)
-        begin_again()
+        restart_clock()
         reported.clear()
 
 
@@ -88,7 +88,7 @@ def _with_folders(paths: Iterable[Path]) -> Iterable[Path]:
             )
         try:
             project = project_of(path)
-        except FsmkitError:  # which the verb reports; it is mended in a file that is not known
+        except FsmkitError:  # the verb reports it; the fix may be in an unknown file
             continue
         if project is not None:
             yield project.path
@@ -121,5 +121,5 @@ def _sleep(stamps: Mapping[Path, Stamp]) -> None:
     if not there:
         time.sleep(POLL)
         return
-    # a change before the watch begins is seen at the next look, after a second
+    # a change before the watch starts is found at the next check, after a second
     next(iter(watch(*there, recursive=False, rust_timeout=1000, yield_on_timeout=True)))

@@ -17,19 +17,19 @@ from fsmkit.diagnostics.interrupts import hold_interrupts
 
 
 def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -> None:
-    """Write all files, making folders as needed; where one cannot be written, change none.
+    """Write all files and create folders as needed; if one cannot be written, change none.
 
-    Every content is first written beside its path under another name, then all are renamed: a
-    reader never sees half a file. A link leads to the file that is written; a device or a pipe is
-    written as it is. Texts are UTF-8 with the line ends they hold.
+    Each content is first written to a temporary name beside its path, then all are renamed, so
+    that a reader never sees a partial file. A link is followed; a device or a pipe is written
+    directly. Strings are UTF-8 with unchanged line ends.
 
     Args:
         files: The content of each file.
-        folder: The folder that the user named, where fsmkit chose the names of the files. A link
-            there that leads out of it may be somebody else's, and is not followed.
+        folder: The folder given by the user, if fsmkit chose the file names. Links that lead out of
+            it are not followed.
 
     Raises:
-        FsmkitError: ``unwritable-output``; files and folders are as they were.
+        FsmkitError: ``unwritable-output``; files and folders are unchanged.
 
     """
     if folder is not None:
@@ -46,10 +46,10 @@ def write_files(files: Mapping[Path, str | bytes], folder: Path | None = None) -
             for place in [_behind_links(path)]
         ]
         for path in streams:
-            with _blaming(path), path.open("wb") as stream:
+            with _os_errors_as_findings(path), path.open("wb") as stream:
                 stream.write(contents[path])
         for path, temporary in ready:
-            with _blaming(path), hold_interrupts():
+            with _os_errors_as_findings(path), hold_interrupts():
                 before = _put_aside(path, undo)
                 temporary.replace(path)
                 undo.callback(_restore, path, before)
@@ -87,14 +87,14 @@ def _is_stream(path: Path) -> bool:
 def _behind_links(path: Path) -> Path:
     try:
         return Path(os.path.realpath(path)) if path.is_symlink() else path
-    except (OSError, ValueError):  # found out, and said, where it is written
+    except (OSError, ValueError):  # reported when it is written
         return path
 
 
 def _write_beside(path: Path, content: bytes, undo: ExitStack) -> Path:
-    with _blaming(path):
+    with _os_errors_as_findings(path):
         if str(path) == "-":
-            raise OSError(None, "it stands for no file here; `/dev/stdout` prints")
+            raise OSError(None, "it does not name a file here; `/dev/stdout` prints")
         _make_folder(path.parent, undo)
         if path.is_dir():
             raise IsADirectoryError(None, "is a directory")
@@ -117,7 +117,7 @@ def _make_folder(folder: Path, undo: ExitStack) -> None:
 
 
 def _mode(path: Path) -> int:
-    """Return the access rights of the file there, or those any new file gets."""
+    """Return the access rights of the existing file, or those of a new one."""
     with suppress(OSError):
         return path.stat().st_mode & 0o7777
     mask = os.umask(0)
@@ -155,8 +155,8 @@ def _remove_folder(folder: Path) -> None:
 
 
 @contextmanager
-def _blaming(path: Path) -> Iterator[None]:
-    """Turn what the operating system refuses into a diagnostic about that file."""
+def _os_errors_as_findings(path: Path) -> Iterator[None]:
+    """Convert an error of the operating system to a diagnostic about that file."""
     try:
         yield
     except FsmkitError:
@@ -173,7 +173,7 @@ def _blaming(path: Path) -> Iterator[None]:
 
 
 def _by_option(path: Path) -> str:
-    """Return which option of the verb at hand names a file or its folder, in words; or nothing."""
+    """Return the option that names a file or its folder, as text for a message; may be empty."""
     context = click.get_current_context(silent=True)
     if context is None:
         return ""

@@ -30,7 +30,7 @@ def read_cpus(ctx: click.Context, param: click.Parameter, value: str | None) -> 
     """Read ``2,3`` as numbers of processors."""
     words = [] if value is None else value.split(",")
     if not all(word.isascii() and word.isdigit() and len(word) < 5 for word in words):
-        raise click.BadParameter(f"`{value}` is no list of processors such as 2,3", ctx, param)
+        raise click.BadParameter(f"`{value}` is not a list of processors such as 2,3", ctx, param)
     return tuple(map(int, words))
 
 
@@ -114,11 +114,11 @@ def command(
     if not isinstance(deployment, Deployment):
         raise fail(
             "broken-deployment",
-            f"`{file}` is no deployment",
+            f"`{file}` is not a deployment",
             help="name a file with `system` and `nodes`",
         )
     if user is not None and not USER.fullmatch(user):
-        raise click.UsageError(f"`{user}` is no name of a user")
+        raise click.UsageError(f"`{user}` is not a user name")
     keeping = Keeping(watchdog, restart, tries, priority, cpus, user)
     files = KINDS[kind](services_of(deployment, template, node), keeping)
     written = {folder / name: text for name, text in files.items()}

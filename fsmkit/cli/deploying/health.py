@@ -48,7 +48,7 @@ def command(file: Path, timeout: float, as_json: bool) -> int:
     if not isinstance(deployment, Deployment) or not any(deployment.health):
         raise fail(
             "broken-deployment",
-            f"`{file}` does not say where nodes answer",
+            f"`{file}` has no health endpoints of nodes",
             help="write in the deployment for instance `health: {a: tcp://127.0.0.1:5601}`",
         )
     nodes = zip(deployment.nodes, deployment.health, strict=True)

@@ -30,7 +30,7 @@ Examples:
   fsmkit io board_a.io.yaml --map window watch --for 10s
 """
 SHORTEST = 0.001
-"""Between two looks of ``watch``, in s."""
+"""Seconds between two samples of ``watch``."""
 
 
 def read_number(context: click.Context, option: click.Parameter, text: str) -> int:
@@ -41,7 +41,7 @@ def read_number(context: click.Context, option: click.Parameter, text: str) -> i
     except ValueError:
         number = -1
     if number < 0:
-        raise click.BadParameter(f"`{text}` is no address")
+        raise click.BadParameter(f"`{text}` is not an address")
     return number
 
 
@@ -145,7 +145,7 @@ def _set(
     if signal is None:
         _refuse(f"there is no wire `{name}`", suggest(name, signals, "see `show`"))
     if signal.is_input and not inputs:
-        _refuse(f"`{name}` is an input", "hardware sets it; a fake is told with `--inputs`")
+        _refuse(f"`{name}` is an input", "hardware sets it; set a fake with `--inputs`")
     raw = raw_of(signal, text)
     if raw is None:
         what = "on or off" if str(signal.type) == "bool" else f"within {signal.type}"

@@ -1,4 +1,4 @@
-"""``fsmkit latency``: how late the cycles of real-time loops began."""
+"""``fsmkit latency``: report how late the cycles of real-time loops started."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``fsmkit trace``: what a target does, line by line as it does it, or as a file for a viewer."""
+"""``fsmkit trace``: print the steps of a target live, or write a file for a viewer."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ MOST_CHARTS = 500
 MOST_PARTED = 10
 """Findings that the interpreter parts from a target."""
 PAUSE = 0.02
-"""Seconds between two looks for more."""
+"""Seconds between two reads."""
 
 
 @verb(EPILOG, Model=("parameters",))
@@ -76,12 +76,12 @@ def command(
     follow: bool,
     reading: Reading,
 ) -> int:
-    """Print what machines in C do, from their records.
+    """Print the steps of machines in C, from their trace records.
 
     The machines are compiled `--with records`. An ENDPOINT is `serial:DEVICE:BAUD`,
-    `tcp:HOST:PORT`, `rtt:HOST:PORT`, `zmq:tcp://HOST:PORT`, `file:PATH` or `-`. Several
-    endpoints are merged by time. Where data are not known, a line shows states only. Exit code
-    1: the interpreter does something else than the target.
+    `tcp:HOST:PORT`, `rtt:HOST:PORT`, `zmq:tcp://HOST:PORT`, `file:PATH` or `-`. Several endpoints
+    are merged by time. If data are unknown, a line shows states only. Exit code 1: the interpreter
+    and the target differ.
     """
     if (format_ is None) is not (target is None):
         raise click.UsageError("--to and --out go together")
@@ -107,7 +107,7 @@ def command(
             stack.callback(opened.source.close)
             readers.append(Reader(opened, numberings, framed=framed))
         telling = TraceEncoder(system, lambda instance: _numbering(readers, instance), grows=True)
-        told = _told(readers, follow=follow)
+        told = _replayed_items(readers, follow=follow)
         if format_ is not None and target is not None:
             exporter = next(e for e in plugins(MessageExporter) if e.name == format_)
             _export(
@@ -129,7 +129,7 @@ def command(
 
 
 def _systems(charts: Sequence[Path], findings: Findings, reading: Reading) -> Iterator[System]:
-    """Yield what was given, and what can be read in folders."""
+    """Yield the given charts and systems, and the readable ones in folders."""
     for place in charts or (Path(),):
         if not place.is_dir():
             yield system_within(read(place, findings, strict=reading.strict))
@@ -152,8 +152,8 @@ def _numbering(readers: Sequence[Reader], instance: int) -> Numbering | None:
     return next((each for each in found if each is not None), None)
 
 
-def _told(readers: Sequence[Reader], *, follow: bool) -> Iterator[Followed]:
-    """Yield what comes, of files by its time."""
+def _replayed_items(readers: Sequence[Reader], *, follow: bool) -> Iterator[Followed]:
+    """Yield the replayed records, for files in order of time."""
     if len(readers) > 1 and not follow and all(reader.is_file for reader in readers):
         yield from merge_contexts(_to_end((reader,), follow=False) for reader in readers)
     else:
@@ -176,13 +176,13 @@ def _to_end(readers: Sequence[Reader], *, follow: bool) -> Iterator[Followed]:
 
 
 def _until_interrupted(told: Iterator[Followed]) -> Iterator[Followed]:
-    """Yield until somebody ends it: then what came is all."""
+    """Yield until the user interrupts, which is a regular end."""
     with suppress(KeyboardInterrupt):
         yield from told
 
 
 def _export(exporter: MessageExporter, messages: Iterator[AnyMessage], target: Path) -> None:
-    """Write a file beside its place, and put it there when it is whole."""
+    """Write a temporary file, and rename it when it is complete."""
     with tempfile.TemporaryFile() as file:
         exporter.export_messages(messages, file)
         file.seek(0)
@@ -200,7 +200,7 @@ def _require_records(endpoints: Sequence[str], readers: Sequence[Reader], *, fol
                 "unreadable-log",
                 f"`{endpoint}` has no record of a machine",
                 help="name a file that code made by `fsmkit compile --with records` wrote; "
-                "`--raw` and `--framed` say how its records come",
+                "`--raw` and `--framed` select the format of its records",
             )
 
 

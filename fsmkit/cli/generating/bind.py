@@ -1,4 +1,4 @@
-"""``fsmkit bind``: a proposal of what a chart is in the headers of existing C."""
+"""``fsmkit bind``: propose a binding of a chart to the headers of existing C."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def command(
     compiler = asked(command, options)
     found = read_header(header, compiler, options)
     proposal = proposed(chart, found)
-    include = included(header, options, compiler.folders)
+    include = include_of(header, options, compiler.folders)
     refused = [] if write else list(refusals(found))
     offered = [] if write else list(offers(chart, found, proposal))
     text = binding_text(plain(chart.name), file.name, [include], proposal, offered, refused)
@@ -141,10 +141,10 @@ def _report_shared(chart: Chart, header: Header, findings: Findings) -> None:
         )
 
 
-def included(header: Path, options: tuple[str, ...], folders: tuple[str, ...]) -> str:
-    """Return how the header is included: relative to a folder that is searched, else by its name.
+def include_of(header: Path, options: tuple[str, ...], folders: tuple[str, ...]) -> str:
+    """Return the include of a header: relative to a searched folder, else its name.
 
-    Headers of the compiler itself are in angle brackets.
+    System headers have angle brackets.
     """
     here = os.path.realpath(header)
     words = iter(options)
@@ -157,7 +157,7 @@ def included(header: Path, options: tuple[str, ...], folders: tuple[str, ...]) -
 
 
 def figures(header: Header) -> dict[str, int]:
-    """Return how much a header and all that it includes declare."""
+    """Return the numbers of declarations in a header and its includes."""
     return {
         "macros": header.macros,
         "numbers": len(header.constants),

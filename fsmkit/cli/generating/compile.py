@@ -10,16 +10,16 @@ import click
 from rich.markup import escape
 
 from fsmkit.chart.chart import Chart
-from fsmkit.cli.common.bindings import bound_by
+from fsmkit.cli.common.bindings import binding_file_of
 from fsmkit.cli.common.console import out, print_json, report
-from fsmkit.cli.common.garbage import uncollected
+from fsmkit.cli.common.garbage import without_garbage_collection
 from fsmkit.cli.common.options import (
     OneOf,
     Reading,
-    by_default,
     path_option,
     project_for,
     reading_options,
+    value_or_default,
 )
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.watching import watched
@@ -127,7 +127,7 @@ Examples:
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @watched
 @reading_options
-@uncollected()
+@without_garbage_collection()
 def command(
     file: Path,
     target: str,
@@ -149,16 +149,16 @@ def command(
 ) -> int:
     """Generate the code of a chart, a system or a deployment.
 
-    For a system, generates the machines in C and what connects them; for a deployment, a folder
-    for each node and `links.json`; for a board, the code of its wires. Prints the files, the size
-    of a machine and its capacities. All files are written, or none.
+    For a system, generates the machines in C and the code that connects them; for a deployment, a
+    folder for each node and `links.json`; for a board, the code of its wires. Prints the files,
+    the size of a machine and its capacities. All files are written, or none.
     """
     project, context = project_for((file,)), click.get_current_context()
     if project is not None:
-        target = by_default(context, "target", target, project.compile.get("target"))
+        target = value_or_default(context, "target", target, project.compile.get("target"))
         out_folder = project.compile.get("out")
         place = None if out_folder is None else str(project.path.parent / out_folder)
-        folder = by_default(context, "folder", folder, place)
+        folder = value_or_default(context, "folder", folder, place)
     if package is not None:
         if target != "c":
             raise click.UsageError("--package is for the target c")
@@ -184,7 +184,7 @@ def command(
             ("package", package),
             ("optimize", optimize),
             ("without", without),
-            ("binding", bound_by(file, binding, model, target)),
+            ("binding", binding_file_of(file, binding, model, target)),
         )
         if value is not None
     }
@@ -215,7 +215,7 @@ def command(
 
 
 def _timing(model: Model | Board) -> tuple[list[str], dict[str, object]]:
-    """Return how late messages come, in lines and as data; nothing for other models."""
+    """Return the latencies of messages, as lines and as data; empty for other models."""
     if isinstance(model, Chart | System | Board):
         return [], {}
     lines: list[str] = []
@@ -237,7 +237,7 @@ def told(chart: Chart, made: Generated) -> str:
 
 
 def capacities(chart: Chart, made: Generated) -> dict[str, int]:
-    """Return the bounds of a machine: those of its chart, and what the target says of them."""
+    """Return the bounds of a machine, from its chart and from the target."""
     bounds = {**asdict(chart.capacities), **made.figures}
     bounds.pop("struct_bytes", None)
     return bounds
@@ -246,7 +246,7 @@ def capacities(chart: Chart, made: Generated) -> dict[str, int]:
 def document(
     files: tuple[Path, ...], generated: tuple[tuple[Chart, Generated], ...], findings: Findings
 ) -> dict[str, object]:
-    """Return what ``--json`` prints; of a system also each machine by name."""
+    """Return the JSON document; for a system with each machine by name."""
     each = [
         {
             "name": chart.name,

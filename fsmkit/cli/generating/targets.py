@@ -1,4 +1,4 @@
-"""``fsmkit targets``: what can be written."""
+"""``fsmkit targets``: list the targets."""
 
 from __future__ import annotations
 

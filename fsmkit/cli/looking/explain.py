@@ -1,4 +1,4 @@
-"""``fsmkit explain``: what a finding means, and what to do instead."""
+"""``fsmkit explain``: print the meaning of a finding, and its fixes."""
 
 from __future__ import annotations
 

@@ -75,15 +75,15 @@ def command(
 
     Without a script, a shell reads the lines. A script line is `EVENT a=1` or `post EVENT a=1`,
     `wait 500ms`, `set INPUT VALUE` or `OPERATION returns 1, 2`. In a system, an event is
-    `machine.event`. Operations return pseudo-random values, the same for one seed on every
-    target, unless a line says which.
+    `machine.event`. Operations return pseudo-random values, equal for one seed on every target,
+    unless a line sets their results.
     """
     if events is not None and script is not None:
         raise click.UsageError("give --events or --script, not both")
     findings = reading.findings()
     model = read(file, findings, strict=reading.strict, parameters=reading.parameters)
     if replay is not None and not (events is None and script is None and isinstance(model, Chart)):
-        raise click.UsageError("--replay takes a chart, and nothing else says what happens")
+        raise click.UsageError("--replay takes a chart, and excludes other scripts")
     if not isinstance(model, Chart) and target != "interpreter":
         raise click.UsageError("a system is run by the interpreter alone")
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
@@ -119,7 +119,7 @@ def command(
 
 
 def _shell(model: Chart | System, file: Path, seed: int, *, lines_only: bool) -> int:
-    """Obey what is typed on a terminal."""
+    """Run the interactive shell."""
     import asyncio
 
     from fsmkit.inspector.hub import Hub
@@ -168,7 +168,7 @@ def _replay(chart: Chart, data: bytes, instance: int | None, *, as_json: bool) -
 
 
 def _step(stepper: Stepper, events: str | None, script: list[str] | None) -> None:
-    """Do what the script or the events say; without either, what is typed."""
+    """Execute the script or the events; without either, read lines."""
     if script is not None:
         stepper.do_script(script)
         return
@@ -188,7 +188,7 @@ def _read(script: Path | None) -> list[str] | None:
 
 
 def _converse(stepper: Stepper, file: TextIO) -> None:
-    """Read what to do until the end; on a terminal a wrong line is reported and forgotten."""
+    """Read and execute lines to the end; on a terminal a wrong line is reported and ignored."""
     is_terminal = file.isatty()
     if is_terminal:
         result.print("type an event, or help", style="dim")

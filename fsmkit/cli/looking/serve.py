@@ -136,13 +136,13 @@ def command(
 ) -> int:
     """Show a chart, a system or a trace in a local page.
 
-    It is served until interrupted. The page draws the machines, marks active states, takes
-    events, goes back in time, stops at breakpoints and explains why an event does nothing. A
-    trace (`check --save-trace`) starts at its end. The address holds a token: whoever knows it
-    can command the session.
+    The page is served until you interrupt it. It draws the machines, marks active states, posts
+    events, steps back in time, stops at breakpoints and explains why an event has no effect. A
+    trace (`check --save-trace`) starts at its end. The address holds a token that grants control
+    of the session.
     """
     if host is not None and not origins:
-        raise click.UsageError("--host needs --origin: the address by which browsers come")
+        raise click.UsageError("--host needs --origin: the address that browsers use")
     from fsmkit.inspector.dap.serving import PortServer
     from fsmkit.inspector.hub import Hub, system_within
     from fsmkit.inspector.picture import check_names, read_picture
@@ -164,7 +164,7 @@ def command(
     if drawn is not None:
         check_names(drawn, system_within(opened.source))
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
-    source = opened.source if attach is None else _traced(attach, opened, is_raw=is_raw)
+    source = opened.source if attach is None else _trace_source(attach, opened, is_raw=is_raw)
     with option_value():
         opening = None if open_with is None else editor(open_with)
     hub = Hub(
@@ -224,8 +224,8 @@ def command(
     return 0
 
 
-def _traced(endpoint: str, opened: Opened, *, is_raw: bool | None) -> Traced:
-    """Return what a target tells, whose machines are those of the file."""
+def _trace_source(endpoint: str, opened: Opened, *, is_raw: bool | None) -> Traced:
+    """Return the source for the trace of a target with the machines of the file."""
     from fsmkit.inspector.sources import Recorded
     from fsmkit.inspector.sources.traced import Traced, numberings_of
     from fsmkit.runtime.tracing.reading import Reader

@@ -50,7 +50,7 @@ def command(
 ) -> int:
     """Write an HTML file that simulates a chart or a system.
 
-    The file needs no server and no network. It draws the machines, takes events, goes back in
+    The file needs no server and no network. It draws the machines, posts events, steps back in
     time, stops at breakpoints, and saves the session as a script for `fsmkit run`.
     """
     findings = reading.findings()

@@ -1,1 +1,1 @@
-"""Verbs that prove what charts do."""
+"""Verbs for verification."""

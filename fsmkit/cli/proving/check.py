@@ -1,4 +1,4 @@
-"""``fsmkit check``: explore a chart or a system, and report what holds."""
+"""``fsmkit check``: explore a chart or a system, and report the verdicts."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ Examples:
     "--fix",
     "is_fixing",
     is_flag=True,
-    help="Fix first what has only one fix: quotes, units, attributes.",
+    help="Apply unambiguous fixes first: quotes, units, attributes.",
 )
 @click.option("--json", "as_json_document", is_flag=True, help="Print one JSON document.")
 @watched
@@ -151,7 +151,7 @@ def command(
             require_notation(path)
         for path in tests:
             require_language(path)
-    evaluate = partial(evaluated, options=options, reading=reading, is_quiet=as_json_document)
+    evaluate = partial(evaluate_file, options=options, reading=reading, is_quiet=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, wires, save_trace, debug, drawings, tests)):
             given = "--property, --replace, --wires, --save-trace, --debug, --draw"
@@ -191,7 +191,7 @@ def command(
     return 0 if found.verdict is Verdict.HOLDS else 1
 
 
-def evaluated(
+def evaluate_file(
     file: Path,
     *,
     options: ExplorationOptions,
@@ -202,9 +202,9 @@ def evaluated(
     wires: tuple[Path, ...] = (),
     deadline: Deadline | None = None,
 ) -> tuple[System, Report]:
-    """Return the system of a file, or of a chart, and what its exploration found.
+    """Return the system of a file and the report of its exploration.
 
-    Without a ``deadline`` its time begins here.
+    Without a ``deadline``, the time limit starts now.
     """
     own = reading.of(file)
     with progress(f"reading {file.name}", is_quiet=is_quiet) as show:

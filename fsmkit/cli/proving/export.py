@@ -1,4 +1,4 @@
-"""``fsmkit export``: what is explored, in the notations of other tools."""
+"""``fsmkit export``: write the explored model in the notations of other tools."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from fsmkit.cli.common.console import out, print_json, progress, report
-from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.interrupts import start_time
 from fsmkit.cli.common.options import (
     REPLACE,
     SILENT,
@@ -120,11 +120,11 @@ def command(
 ) -> int:
     """Export a chart or a system for another checker.
 
-    The model is what `check` explores: whole, or nothing is written.
+    The model is the complete one that `check` explores; otherwise nothing is written.
     """
     if silent and time != "untimed":
         raise click.UsageError("--assume-watchdogs-silent needs --time untimed")
-    deadline = Deadline(timeout, began())
+    deadline = Deadline(timeout, start_time())
     findings = reading.findings()
     exporter = plugin(Exporter, notation)
     write: Callable[[ExportOptions], ExportedModel]

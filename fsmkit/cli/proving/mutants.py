@@ -100,7 +100,7 @@ def command(
 def _subjects(
     files: Sequence[Path], replacing: Mapping[str, Path], deadline: Deadline, reading: Reading
 ) -> list[Subject]:
-    """Read all systems, before hours go into the first one; each with what it has replaced."""
+    """Read all systems with their replacements, before the first one is checked."""
 
     def read(file: Path, findings: Findings, own: Mapping[str, Path]) -> Subject:
         return deadline.cut_off(
@@ -126,5 +126,5 @@ def _subjects(
 
 
 def _names_of(machine: Machine) -> tuple[str, ...]:
-    """Return what a machine is called in options: itself, and the array that it is in."""
+    """Return the names of a machine in options: its own, and that of its array."""
     return (machine.name,) if machine.place is None else (machine.name, machine.place[0])

@@ -1,4 +1,4 @@
-"""``fsmkit refine``: whether a chart does only what another one can do."""
+"""``fsmkit refine``: check whether one chart refines another."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from fsmkit.cli.common.console import print_json, progress, report, result
-from fsmkit.cli.common.interrupts import began
+from fsmkit.cli.common.interrupts import start_time
 from fsmkit.cli.common.options import TIMEOUT, Reading, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.system.any_file import read_chart
@@ -36,13 +36,13 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(file: Path, base: Path, timeout: float, as_json: bool, reading: Reading) -> int:
-    """Check that one chart does only what another can do.
+    """Check that one chart refines another one.
 
     Time is ignored: CHART refines BASE if BASE has every sequence of events that CHART has.
 
-    Exit code 1: it does something else, or the time limit was reached.
+    Exit code 1: it does not, or the time limit was reached.
     """
-    deadline = Deadline(timeout, began())
+    deadline = Deadline(timeout, start_time())
     findings = reading.findings()
     try:
         derived, extended = deadline.cut_off(

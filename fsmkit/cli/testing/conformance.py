@@ -93,7 +93,7 @@ def run(
     limit: float,
     told: Container[Result],
 ) -> tuple[list[Verdict], list[Reading]]:
-    """Run each test and try each chart; print a line for the results in ``told``."""
+    """Run each test and each chart; print a line for the results in ``told``."""
     verdicts: list[Verdict] = []
     readings: list[Reading] = []
     with Progress(console=err.console, transient=True, disable=not err.is_terminal) as progress:
@@ -119,7 +119,7 @@ def line(verdict: Verdict) -> Text:
 
 
 def chart_line(reading: Reading) -> Text:
-    """Return the line of one chart: how far it got, and its warnings or what stopped it."""
+    """Return the line of a chart: its last stage, and its warnings or its error."""
     if not reading.is_chart:
         return Text.assemble((f"{'no chart':26}", "yellow"), reading.name)
     text = Text()
@@ -134,7 +134,7 @@ def chart_line(reading: Reading) -> Text:
 
 
 def summary(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> None:
-    """Print how many tests ended in which way on each runtime, and how far the charts got."""
+    """Print the number of tests by result for each runtime, and of charts by stage."""
     for target in dict.fromkeys(verdict.target for verdict in verdicts):
         counted = count([v.result for v in verdicts if v.target == target])
         out.print(f"{target}: {', '.join(f'{n} {name}' for name, n in counted.items())}")
@@ -151,12 +151,12 @@ def summary(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> None:
 
 
 def count(results: Sequence[Result]) -> dict[str, int]:
-    """Return how many tests ended in which way."""
+    """Return the number of tests by result."""
     return {result.value: results.count(result) for result in Result}
 
 
 def document(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> dict[str, object]:
-    """Return the verdicts, and how far charts got, as data for JSON."""
+    """Return the verdicts and the stages of charts as data for JSON."""
     tests: list[dict[str, object]] = [
         {
             "name": verdict.name,
@@ -174,7 +174,7 @@ def document(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> dict[s
             "chart": reading.stage >= Stage.CHART,
             "compiled": reading.stage >= Stage.COMPILED,
             "warnings": reading.warnings,
-            "replaced": list(reading.replaced),
+            "replaced": list(reading.replacement_causes),
             **({"reason": reading.reason} if reading.reason else {}),
         }
         for reading in readings

@@ -14,7 +14,7 @@ from fsmkit.cli.common.interrupts import received
 from fsmkit.cli.common.options import Reading, path_option, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
-from fsmkit.cli.proving.check import evaluated
+from fsmkit.cli.proving.check import evaluate_file
 from fsmkit.verify.report.document import document
 from fsmkit.verify.report.verdict import Verdict
 from fsmkit.verify.testgen.cover import cover, coverage_line
@@ -42,10 +42,10 @@ Examples:
 def command(file: Path, folder: Path, as_json: bool, exploring: Exploring, reading: Reading) -> int:
     """Generate tests that reach every transition and state.
 
-    What no run reaches is left out. Writes a pytest, a C program, and a page that lists what
-    they cover; after an interrupt, nothing. Exit code 1: the exploration did not end.
+    Unreachable ones are omitted. Writes a pytest, a C program, and a page that lists what they
+    cover; after an interrupt, nothing. Exit code 1: the exploration did not end.
     """
-    system, found = evaluated(
+    system, found = evaluate_file(
         file,
         options=replace(exploring.options, covers=True),
         reading=reading,

@@ -1,4 +1,4 @@
-"""``fsmkit coverage``: figures and reports of what tests reached."""
+"""``fsmkit coverage``: print and write reports of test coverage."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ SUFFIXES = (".html", ".info", ".xml")
     "proofs",
     multiple=True,
     metavar="FILE",
-    help="Omit what no run of this chart or system reaches; repeatable.",
+    help="Omit the unreachable items of this chart or system; repeatable.",
 )
 @click.option(
     "--fail-under", type=click.FloatRange(0, 100), help="Exit with 1 below this percentage."
@@ -84,7 +84,7 @@ def command(
     is_erasing: bool,
     as_json: bool,
 ) -> int:
-    """Report what tests reached.
+    """Report the coverage of tests.
 
     Counts states, transitions, decisions and conditions. `fsmkit test --cov` and `pytest
     --fsmkit-cov` write the counts into `.fsmkit-coverage`.
@@ -92,7 +92,7 @@ def command(
     for file in files:
         if file.suffix not in SUFFIXES:
             known = ", ".join(SUFFIXES)
-            raise click.UsageError(f"`{file.suffix}` is no suffix of a report: {known}")
+            raise click.UsageError(f"`{file.suffix}` is not a suffix of a report: {known}")
     if is_erasing:
         erase(folder)
         return 0
@@ -126,13 +126,18 @@ def command(
 def _reachable(
     charts: tuple[ChartCoverage, ...], proofs: Sequence[Path]
 ) -> tuple[tuple[ChartCoverage, ...], tuple[str, ...]]:
-    """Return coverage without what is proved to be out of reach, and what that is."""
+    """Return coverage without items proved unreachable, and lines that name those."""
     if not proofs:
         return charts, ()
-    from fsmkit.testing.coverage.reachable import only_reachable, reached  # all of the explorer
+    from fsmkit.testing.coverage.reachable import (  # all of the explorer
+        only_reachable,
+        reachable_items,
+    )
 
     findings = Findings()
-    return only_reachable(charts, [found for proof in proofs for found in reached(proof, findings)])
+    return only_reachable(
+        charts, [found for proof in proofs for found in reachable_items(proof, findings)]
+    )
 
 
 def _written(charts: Sequence[ChartCoverage], suffix: str) -> str:
@@ -150,7 +155,7 @@ def _written(charts: Sequence[ChartCoverage], suffix: str) -> str:
 
 
 def _changes(charts: Sequence[ChartCoverage], against: Path | None) -> tuple[list[str], list[str]]:
-    """Return what was covered and no longer is, and what was not."""
+    """Return the items whose coverage was lost, and those newly covered."""
     if against is None:
         return [], []
     before, after = (

@@ -15,13 +15,20 @@ from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_optio
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.watching import watched
 from fsmkit.diagnostics import FsmkitError, Severity, fail
-from fsmkit.testing.coverage.record import FOLDER, ChartCoverage, Recorder, added, erase, save
+from fsmkit.testing.coverage.record import (
+    FOLDER,
+    ChartCoverage,
+    Recorder,
+    add_coverage,
+    erase,
+    save,
+)
 from fsmkit.testing.coverage.reports import Figures, total
+from fsmkit.testing.outcome_text import failure_findings, story
 from fsmkit.testing.reading import SUFFIXES, is_suite, read_suite
 from fsmkit.testing.running import Outcome, run_case
-from fsmkit.testing.runtimes import TARGETS, Counted, all_of, runtime
+from fsmkit.testing.runtimes import TARGETS, Counted, coverage_of_machines, runtime
 from fsmkit.testing.suite import Suite
-from fsmkit.testing.told import failure_findings, story
 
 EPILOG = """\b
 Examples:
@@ -35,7 +42,7 @@ EVERY = ("interpreter", *TARGETS, "all")
 
 
 @dataclass(frozen=True, slots=True)
-class _Ran:
+class _CaseRun:
     suite: Suite
     target: str
     outcome: Outcome
@@ -54,7 +61,7 @@ class _Ran:
 @click.option(
     "--case", "chosen", multiple=True, help="Run only the cases of this name; repeatable."
 )
-@click.option("--cov", "is_covering", is_flag=True, help="Count what the cases reach.")
+@click.option("--cov", "is_covering", is_flag=True, help="Count the coverage of the cases.")
 @path_option(
     "--cov-folder",
     "folder",
@@ -83,13 +90,13 @@ def command(
     """Run test files, or all that lie below folders.
 
     A case uses the script lines of `fsmkit run` and expects states, calls, events and conditions.
-    Exit code 1: a case failed, or less was covered than --fail-under.
+    Exit code 1: a case failed, or coverage is below --fail-under.
     """
     if fail_under is not None and not is_covering:
         raise click.UsageError("--fail-under needs --cov")
     recorder = Recorder() if is_covering else None
     targets = TARGETS if target == "all" else (target,) if target != "interpreter" else ()
-    ran: list[_Ran] = []
+    ran: list[_CaseRun] = []
     counted: list[ChartCoverage] = []
     findings = reading.findings()
     for path in _files(paths):
@@ -105,7 +112,7 @@ def command(
     covered = None
     coverage: tuple[ChartCoverage, ...] = ()
     if recorder is not None:
-        coverage = added((recorder.coverage(), counted))
+        coverage = add_coverage((recorder.coverage(), counted))
         erase(folder)
         save(coverage, folder)
         covered = total(coverage)
@@ -137,16 +144,16 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
         found = sorted({each for suffix in SUFFIXES for each in path.rglob(f"*{suffix}")})
         if not found:
             raise fail(
-                "nothing-to-check", f"there is no file of tests in `{path}`", help=NAMES_OF_TESTS
+                "nothing-to-check", f"there is no test file in `{path}`", help=NAMES_OF_TESTS
             )
         yield from found
 
 
 def _no_suite(path: Path) -> FsmkitError:
-    """Return why a file is none of tests: as any input, it may be missing or empty."""
+    """Return the error for a file that is not a test file, is missing, or is empty."""
     if not read_bytes(path).strip():
         return fail("empty-file", f"`{path}` is empty", help=NAMES_OF_TESTS)
-    return fail("broken-tests", f"`{path}` is no file of tests", help=NAMES_OF_TESTS)
+    return fail("broken-tests", f"`{path}` is not a test file", help=NAMES_OF_TESTS)
 
 
 def _run(
@@ -155,8 +162,8 @@ def _run(
     targets: Sequence[str],
     recorder: Recorder | None,
     counted: list[ChartCoverage],
-) -> Iterator[_Ran]:
-    """Run the cases; generated code that is tested counts what it reaches, the first of several."""
+) -> Iterator[_CaseRun]:
+    """Run the cases; with several targets, coverage counts the first one."""
     if targets and not suite.system.is_open:
         raise fail(
             "wrong-option",
@@ -175,13 +182,13 @@ def _run(
         if chosen and case.name.value not in chosen:
             continue
         if not made:
-            yield _Ran(suite, "interpreter", run_case(suite, case, recorder=recorder))
+            yield _CaseRun(suite, "interpreter", run_case(suite, case, recorder=recorder))
         for name, make in made:
-            yield _Ran(suite, name, run_case(suite, case, runtime=make))
-    counted += all_of(machines)
+            yield _CaseRun(suite, name, run_case(suite, case, runtime=make))
+    counted += coverage_of_machines(machines)
 
 
-def _print(ran: Sequence[_Ran]) -> None:
+def _print(ran: Sequence[_CaseRun]) -> None:
     for suite in dict.fromkeys(each.suite.file for each in ran):
         own = [each for each in ran if each.suite.file == suite]
         result.print(f"{suite}", style="bold", markup=False, highlight=False)
@@ -203,7 +210,7 @@ def _print(ran: Sequence[_Ran]) -> None:
     result.print(f"{len(ran) - failed} passed, {failed} failed", highlight=False)
 
 
-def _document(ran: Sequence[_Ran], covered: Figures | None) -> dict[str, Any]:
+def _document(ran: Sequence[_CaseRun], covered: Figures | None) -> dict[str, Any]:
     found: dict[str, Any] = {
         "cases": [
             {

@@ -1,4 +1,4 @@
-"""``fsmkit cache``: what `check` keeps of compiled explorers."""
+"""``fsmkit cache``: list and delete the compiled explorers that `check` stores."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Examples:
   fsmkit cache --clear
 """
 SHOWN = 20
-"""How many programs are listed, the last used first."""
+"""Maximum number of listed programs, the last used first."""
 
 
 @verb(EPILOG)
@@ -42,7 +42,7 @@ def command(prune: bool, clear: bool, as_json_document: bool) -> int:
         told = Findings()
         told.add(
             "cache-not-used",
-            f"compiled explorers are not kept: {error}",
+            f"compiled explorers are not stored: {error}",
             None,
             help="make the folder your own and keep others from writing it (`chmod go-w`), or name "
             "another in XDG_CACHE_HOME",

@@ -66,7 +66,7 @@ def command(
                 outcomes[outcome.key] = outcome
                 shown(f"campaign {campaign.name}: {len(outcomes):,} of {len(wanted):,} jobs")
         except KeyboardInterrupt:
-            pass  # what is known until then is told
+            pass  # report the results so far
     done = CampaignResult(campaign, outcomes)
     if as_json:
         print_json(document(done))

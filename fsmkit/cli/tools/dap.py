@@ -37,11 +37,9 @@ def command(port: int | None, as_json: bool) -> int:
 
     if port is None:
         if as_json:
-            raise click.UsageError(
-                "--json goes with --listen: else the editor reads what is printed"
-            )
+            raise click.UsageError("--json needs --listen: otherwise the editor reads the output")
         source, target = sys.stdin.fileno(), os.dup(sys.stdout.fileno())
-        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nothing else gets between frames
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # no other output may mix with frames
         asyncio.run(serve_stdio(source, target))
         return 0
 

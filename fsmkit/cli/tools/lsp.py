@@ -33,7 +33,7 @@ def command(port: int | None, as_json: bool) -> int:
     a board or tests. Nothing that a file names is imported or executed.
     """
     if as_json and port is None:
-        raise click.UsageError("--json goes with --tcp: else the editor reads what is printed")
+        raise click.UsageError("--json needs --tcp: otherwise the editor reads the output")
     if find_spec("pygls") is None or find_spec("lsprotocol") is None:
         raise fail(
             "missing-package",

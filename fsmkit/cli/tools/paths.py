@@ -57,7 +57,7 @@ def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) 
     if as_json:
         print_json({name: str(path) for name, path in PATHS.items() if what in (None, name)})
     elif what is not None:
-        click.echo(PATHS[what])  # as it is: it goes into another command
+        click.echo(PATHS[what])  # unstyled, for use in another command
     else:
         for name, path in PATHS.items():
             result.print(f"{name:10} {path}", markup=False, soft_wrap=True)
@@ -65,7 +65,7 @@ def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) 
 
 
 def _print_project(*, as_json: bool) -> int:
-    """Print the project file of this folder; 1 where there is none."""
+    """Print the project file of this folder; return 1 if there is none."""
     project = project_of(Path.cwd())
     if as_json:
         print_json({"project": None if project is None else str(project.path)})

@@ -35,7 +35,7 @@ class NodeFiles(Protocol):
 
     name: str
     node_suffixes: tuple[str, ...]
-    """What the names of such files end with, in small letters."""
+    """Suffixes of such files, in lower case."""
 
     def chart_of_node(
         self, path: Path, node: str | None, findings: Findings, *, may_fall_silent: bool
@@ -84,15 +84,15 @@ def command(
     elif node is not None or may is not None:
         raise fail(
             "wrong-option",
-            f"`{file}` is no DBC file, and has no nodes of a bus",
-            help="leave out `--node` and `--may`",
+            f"`{file}` is not a DBC file, and has no nodes of a bus",
+            help="omit `--node` and `--may`",
         )
     else:
         if reading.strict:
             load_with_findings(file, findings, strict=True)
         document = read_document(file, findings)
     if out is not None:
-        document = moved(document, file.parent, out.parent, findings)
+        document = adapt_file_names(document, file.parent, out.parent, findings)
         findings.stop_on_errors()
     text = front_end.write(document)
     report(findings)
@@ -125,11 +125,11 @@ def _document_of_node(
     return document
 
 
-def moved(document: Document, before: Path, after: Path, findings: Findings) -> Document:
-    """Return a document whose names of files, relative to one folder, are relative to another.
+def adapt_file_names(document: Document, before: Path, after: Path, findings: Findings) -> Document:
+    """Return a document whose relative file names are adapted from one folder to another.
 
-    A name that is computed cannot be changed: it gets a warning. An invoked chart that would not
-    lie in the new folder could not be read from there: it is an error.
+    A computed name cannot be adapted and gets a warning. An invoked chart outside the new folder
+    is an error.
     """
     if before.resolve() == after.resolve():
         return document
@@ -166,7 +166,9 @@ def moved(document: Document, before: Path, after: Path, findings: Findings) -> 
                 one.src,
                 help="write the new file into the folder of the old one",
             )
-        inner = None if one.content is None else moved(one.content, before, after, findings)
+        inner = (
+            None if one.content is None else adapt_file_names(one.content, before, after, findings)
+        )
         return replace(one, src=name(one.src) if names_file else one.src, content=inner)
 
     return replace(

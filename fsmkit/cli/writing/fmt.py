@@ -17,7 +17,7 @@ from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
 from fsmkit.document.document import Document
 from fsmkit.document.front_ends import Reader
-from fsmkit.editor.formatting import formatted
+from fsmkit.editor.formatting import format_source
 from fsmkit.plan.lower import lower
 from fsmkit.plan.plan import Plan
 from fsmkit.plugins import plugin_for
@@ -83,7 +83,7 @@ def _formatted(file: Path, content: bytes) -> bytes:
     except UnicodeDecodeError as error:
         message = f"`{file}` is not in UTF-8"
         raise fail("not-formatted", message, help="save the file as UTF-8") from error
-    made = mark + formatted(text, str(file)).encode("utf-8")
+    made = mark + format_source(text, str(file)).encode("utf-8")
     if made != content and _meaning(file, content) != _meaning(file, made):
         raise fail(
             "not-formatted",
@@ -114,7 +114,7 @@ class _Instead:
 
 
 def _meaning(file: Path, content: bytes) -> object:
-    """Return what a file is, without places; where it has an error, the rules that it breaks."""
+    """Return the content of a file without locations; for an invalid file, the broken rules."""
     token = TEXTS.set(_Instead(file, content))
     try:
         found = read_with_boards(file, Findings())

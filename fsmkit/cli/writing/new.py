@@ -1,4 +1,4 @@
-"""``fsmkit new``: a small file to begin with."""
+"""``fsmkit new``: write a small file to start with."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Examples:
 YAML = (".yaml", ".yml")
 CHART = """\
 chart: {name}
-doc: A door that opens on request and closes by itself.
+doc: A door that opens on request and closes automatically.
 
 constants:
   T_OPEN: 3s
@@ -166,7 +166,7 @@ tests: {name}
 chart: {stem}.yaml
 
 cases:
-  opens and closes by itself:
+  opens and closes automatically:
     - post request
     - expect: {{in: open, sent: opened}}
     - wait 3s
@@ -214,8 +214,8 @@ TEST_SUFFIXES = (".test.yaml", ".test.yml")
 def command(file: Path, like: str, examples: bool, no_modeline: bool, as_json: bool) -> int:
     """Create a small chart, system or test file.
 
-    The file passes `fsmkit check` and `fsmkit test`. No file is overwritten. The schema is written
-    beside it for editors.
+    The file passes `fsmkit check` and `fsmkit test`. No file is overwritten. The schema for
+    editors is written beside it.
     """
     _write(_examples(file) if examples else _model(file, like, no_modeline), as_json)
     return 0
@@ -233,7 +233,7 @@ def _examples(folder: Path) -> dict[Path, str]:
 def _model(file: Path, like: str, no_modeline: bool) -> dict[Path, str]:
     """Return the text of each file of a model, by its path."""
     if not file.name.lower().endswith(YAML):
-        raise click.UsageError(f"`{file.name}` is no name of a YAML file, such as `gate.yaml`")
+        raise click.UsageError(f"`{file.name}` is not the name of a YAML file, such as `gate.yaml`")
     if like == "test" and not file.name.endswith(TEST_SUFFIXES):
         raise click.UsageError(f"the name of tests ends with `.test.yaml`, not `{file.suffix}`")
     stem = file.name.split(".", 1)[0]
@@ -272,6 +272,6 @@ def _name(stem: str) -> str:
     name = "".join(word[0].upper() + word[1:] for word in words)
     if not PLAIN.fullmatch(name) or keyword.iskeyword(name):
         raise click.UsageError(
-            f"`{stem}` makes no name of a machine: begin with a letter, as in `gate.yaml`"
+            f"`{stem}` is not a machine name: start with a letter, as in `gate.yaml`"
         )
     return name

@@ -1,4 +1,4 @@
-"""Runs checks in child processes, one at a time, and keeps what they told."""
+"""Run checks in child processes, one at a time, and store their results."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from fsmkit.diagnostics.parsing import parse_json
 SECONDS = 20.0
 BYTES = 1 << 30
 LONGEST_LINE = 64 << 20
-"""Bytes of a report; what is longer is no report."""
+"""Maximum size of a report, in bytes."""
 NICENESS = 10
 Json = dict[str, Any]
 Tell = Callable[[Mapping[str, Any]], None]
 
 
 @dataclass
-class Checked:
-    """What the check of a file found; ``files`` are those that it depends on."""
+class CheckResult:
+    """The result of a file's check; ``files`` are the files it depends on."""
 
     path: Path
     files: frozenset[Path]
@@ -33,7 +33,7 @@ class Checked:
     error: list[Json] = field(default_factory=list)
 
     def property(self, name: str) -> Json | None:
-        """Return what is known of a property."""
+        """Return the result for a property."""
         found = (p for p in self.report.get("properties", ()) if p["name"] == name)
         return next(found, None)
 
@@ -45,12 +45,12 @@ class Background:
     process: asyncio.subprocess.Process | None = None
     path: Path | None = None
     token: str = ""
-    """That of the progress which an editor shows."""
+    """Token of the progress that an editor shows."""
 
     async def check(
         self, path: Path, files: frozenset[Path], progress: Tell | None = None
-    ) -> Checked | None:
-        """Return what is found in a file; None where another check, or `end`, came between."""
+    ) -> CheckResult | None:
+        """Check a file; return None if another check, or `end`, replaced this one."""
         self.end()
         environment = {**os.environ, "PYTHONSAFEPATH": "1"}
         process = await asyncio.create_subprocess_exec(
@@ -68,7 +68,7 @@ class Background:
             with contextlib.suppress(OSError):  # it is over already
                 os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
         self.process, self.path = process, path
-        found = Checked(path, files)
+        found = CheckResult(path, files)
         is_whole = await self._read(process, found, progress)
         await process.wait()
         if self.process is not process:
@@ -78,9 +78,9 @@ class Background:
 
     @staticmethod
     async def _read(
-        process: asyncio.subprocess.Process, found: Checked, progress: Tell | None
+        process: asyncio.subprocess.Process, found: CheckResult, progress: Tell | None
     ) -> bool:
-        """Read what a child tells; whether it came to an end."""
+        """Read the output of a child; return whether it is complete."""
         out = process.stdout
         while out is not None:
             try:
@@ -101,7 +101,7 @@ class Background:
         return False
 
     def end(self) -> None:
-        """End the child that runs, and what it has started."""
+        """Stop the running child and its descendants."""
         process, self.process, self.path = self.process, None, None
         if process is None or process.returncode is not None:
             return

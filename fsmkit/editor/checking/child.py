@@ -1,8 +1,8 @@
-"""The child process of a check: explores one file, and tells of it in lines of JSON.
+"""The child process of a check: explores one file and reports in lines of JSON.
 
-``python -m fsmkit.editor.checking.child FILE SECONDS BYTES``: lines of ``progress``, then one of
-``report`` or of ``error``. It is a process of its own so that it can be ended at any time, and has
-a limit of time and memory of its own.
+``python -m fsmkit.editor.checking.child FILE SECONDS BYTES`` prints lines of ``progress``, then
+one of ``report`` or ``error``. A separate process can be stopped at any time and has its own
+limits of time and memory.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Json = dict[str, Any]
 
 
 def main(arguments: list[str]) -> int:
-    """Check a file and print what is found."""
+    """Check a file and print the result."""
     path, seconds, size = Path(arguments[0]), float(arguments[1]), int(arguments[2])
 
     def tell(states: int, transitions: int, depth: int) -> None:

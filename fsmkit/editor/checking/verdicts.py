@@ -9,18 +9,18 @@ from typing import Any
 from lsprotocol import types
 
 from fsmkit.diagnostics import Span
-from fsmkit.editor.checking.background import Checked
+from fsmkit.editor.checking.background import CheckResult
 from fsmkit.editor.context import Context, uri_of
-from fsmkit.editor.features.lenses import Told
+from fsmkit.editor.features.lenses import PropertyVerdict
 from fsmkit.editor.index.files import normal
 
 SOURCE = "fsmkit check"
 MOST_RELATED = 20
-"""Steps of a path that are told beside a finding; the document has them all."""
+"""Maximum number of steps shown with a finding; the document has all."""
 Json = Mapping[str, Any]
 
 
-def words(checked: Checked) -> dict[str, Told]:
+def words(checked: CheckResult) -> dict[str, PropertyVerdict]:
     """Return the verdict on each property in a few words."""
     found = {}
     states = checked.report.get("states", 0)
@@ -35,11 +35,13 @@ def words(checked: Checked) -> dict[str, Told]:
                 text = f"holds: {states:,} states"
             case verdict:
                 text = f"{verdict}: {one['reason']}" if one["reason"] else verdict
-        found[one["name"]] = Told(text, bool(steps))
+        found[one["name"]] = PropertyVerdict(text, bool(steps))
     return found
 
 
-def verdict_diagnostics(context: Context, checked: Checked) -> dict[Path, list[types.Diagnostic]]:
+def verdict_diagnostics(
+    context: Context, checked: CheckResult
+) -> dict[Path, list[types.Diagnostic]]:
     """Return a finding for each property that is violated, where it is written or ends."""
     found: dict[Path, list[types.Diagnostic]] = {}
     for one in checked.report.get("properties", ()):
@@ -107,12 +109,12 @@ def _line(step: Json) -> str:
     )
 
 
-def counterexample(context: Context, checked: Checked, name: str) -> Json | None:
-    """Return the path to a property as a document, and the place where it ends.
+def counterexample(context: Context, checked: CheckResult, name: str) -> Json | None:
+    """Return the counterexample of a property as a document, and the location of its last step.
 
     Returns:
-        ``title``, ``markdown`` (the sequence diagram, and steps that are links to their lines),
-        ``steps`` (each with its locations), and ``location``: the line of the last step.
+        ``title``, ``markdown`` (the sequence diagram, and steps linked to their lines), ``steps``
+        (each with its locations), and ``location`` (the line of the last step).
 
     """
     one = checked.property(name)
@@ -145,19 +147,19 @@ def counterexample(context: Context, checked: Checked, name: str) -> Json | None
     }
 
 
-def replay(context: Context, checked: Checked, name: str) -> Json | None:
-    """Return the path to a property as pictures to be drawn, one for each step.
+def replay(context: Context, checked: CheckResult, name: str) -> Json | None:
+    """Return the counterexample of a property as pictures, one for each step.
 
     Returns:
-        ``title``, and ``steps``: each with its ``text``, the ``uri`` of the chart that it moves,
-        the ``active`` states of that after it, and the ``locations`` that it names.
+        ``title`` and ``steps``. Each step has its ``text``, the ``uri`` of the chart that moves,
+        the ``active`` states afterwards, and the ``locations`` that it names.
 
     """
     shown = counterexample(context, checked, name)
     one = checked.property(name)
     if shown is None or one is None:
         return None
-    model = context.analyses.of(checked.path).model
+    model = context.analyses.analysis(checked.path).model
     charts = {m.name: m.chart.sources[0].name for m in getattr(model, "machines", ())}
     steps = []
     for step, written in zip(one["steps"], shown["steps"], strict=True):

@@ -1,1 +1,1 @@
-"""Where a cursor stands in YAML or SCXML that need not parse, and what may be written there."""
+"""Find the slot of a cursor, and its permitted contents, in YAML or SCXML that may not parse."""

@@ -1,4 +1,4 @@
-"""The key, attribute or element at a place, with the row that says what it means."""
+"""Find the key, attribute or element at an offset, with its row of the key table."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class KeyAt:
 
 
 def slot_at(path: Path, source: Source, offset: int) -> Slot:
-    """Return what may be written at an offset."""
+    """Return the slot at an offset."""
     text = source.text
     if path.name.lower().endswith((".yaml", ".yml")):
         kind = kind_of_keys(set(TOP_KEY.findall(text)))
@@ -38,7 +38,7 @@ def slot_at(path: Path, source: Source, offset: int) -> Slot:
 
 
 def key_at(path: Path, source: Source, offset: int) -> KeyAt | None:
-    """Return the key at an offset; None where there is none that is known."""
+    """Return the known key at an offset, or None."""
     text = source.text
     start = end = offset
     while start > 0 and WORD.fullmatch(text[start - 1]):
@@ -54,7 +54,7 @@ def key_at(path: Path, source: Source, offset: int) -> KeyAt | None:
 
 
 def kind_at(path: Path, source: Source) -> Kind:
-    """Return what a text holds, by its first look."""
+    """Return the kind of a file by its first lines."""
     if path.name.lower().endswith((".yaml", ".yml")):
         return kind_of_keys(set(TOP_KEY.findall(source.text)))
     return Kind.CHART if SCXML_MARK.search(source.text) is not None else Kind.OTHER

@@ -1,4 +1,4 @@
-"""What may be written at a place in SCXML that need not parse: by the tags that are open."""
+"""Find the slot at an offset of SCXML that may not parse, from the open tags."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ ROWS: Mapping[str, Keys] = {
 
 @dataclass(slots=True)
 class _Open:
-    """An element whose end tag has not come: its name and its attributes."""
+    """An element without its end tag: name and attributes."""
 
     name: str
     attributes: dict[str, str] = field(default_factory=dict)
 
 
 def scxml_slot(text: str, offset: int) -> Slot:
-    """Return what may be written at an offset."""
+    """Return the slot at an offset."""
     open_, tag = _open_at(text, offset)
     state, events = _around(open_)
     if tag is None:
@@ -80,7 +80,7 @@ def scxml_slot(text: str, offset: int) -> Slot:
 
 
 def _open_at(text: str, offset: int) -> tuple[list[_Open], tuple[str, str] | None]:
-    """Return the open elements, and the start tag with what stands in it where that is unclosed."""
+    """Return the open elements, and the unclosed start tag with its content."""
     open_: list[_Open] = []
     at = 0
     before = text[:offset]
@@ -155,7 +155,7 @@ def _children(open_: list[_Open]) -> tuple[str, ...]:
 
 
 def _attributes(element: str) -> Keys:
-    """Return the attributes of an element, with what each means."""
+    """Return the attributes of an element with their descriptions."""
     rows = ROWS.get(element, {})
     by_word = {row.scxml: row for row in rows.values() if row.scxml}
     if element.startswith(f"{PREFIX}:"):
@@ -171,7 +171,7 @@ def _attributes(element: str) -> Keys:
 
 
 def _attribute(element: str, name: str, value: str, given: Mapping[str, str]) -> Slot:
-    """Return what may stand in the value of an attribute."""
+    """Return the slot of an attribute's value."""
     slot = Slot(What.NOTHING, value)
     rows = ROWS.get(element, {})
     row = next((r for r in rows.values() if r.scxml == name), None)

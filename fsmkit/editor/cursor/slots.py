@@ -1,4 +1,4 @@
-"""What may be written at a place."""
+"""Slots: the permitted contents at a cursor."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class What(Enum):
     WORD = "one of some words"
     STATE = "states"
     INHERITED_STATE = "an inherited state"
-    INITIAL = "states below the one at hand"
-    EVENT = "events that come in"
+    INITIAL = "states below the current one"
+    EVENT = "incoming events"
     OVERRIDE = "an inherited transition"
     EXPRESSION = "an expression"
     STATEMENTS = "statements"
@@ -41,10 +41,10 @@ class What(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A place.
+    """The position of a cursor.
 
-    ``text`` is what stands there before the cursor; ``state`` the state that it is in;
-    ``events`` those of the transition that it is in; ``machine`` the entry that it belongs to.
+    ``text`` is the word before the cursor, ``state`` the enclosing state, ``events`` those of the
+    enclosing transition, ``machine`` the enclosing entry.
     """
 
     what: What

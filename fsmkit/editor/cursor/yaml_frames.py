@@ -17,17 +17,17 @@ ITEM = "-"
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A key that a place is under, or an item of a list; ``siblings``: keys beside it."""
+    """An enclosing key or list item; ``siblings``: the keys beside it."""
 
     name: str
     siblings: frozenset[str] = frozenset()
     values: dict[str, str] = field(default_factory=dict, compare=False)
-    """What stands behind those of the siblings that are on one line."""
+    """The values of one-line siblings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """Where a cursor stands: the keys above it, whether in a key, and what is before it there."""
+    """The position of a cursor: enclosing keys, whether it is in a key, and the text before it."""
 
     path: tuple[Frame, ...]
     text: str
@@ -38,13 +38,13 @@ class Frames:
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """A line: the columns of its dashes, that of its key, and the key."""
+    """A line: the columns of its dashes and of its key, and the key."""
 
     dashes: tuple[int, ...]
     column: int
     key: str | None
     rest: int
-    """The column after the key and its colon; of a line without one that of its text."""
+    """The column after the key and its colon; without a key, that of the text."""
 
 
 def unquoted(key: str) -> str:
@@ -65,7 +65,7 @@ def _line(text: str) -> _Line:
 
 
 def frames_at(text: str, offset: int) -> Frames:
-    """Return where an offset stands."""
+    """Return the frames at an offset."""
     before = text[:offset].split("\n")
     after = text[offset:].split("\n")
     lines = [line.rstrip("\r") for line in before]
@@ -219,7 +219,7 @@ def _is_open(text: str) -> bool:
 
 @dataclass(slots=True)
 class _Open:
-    """An open bracket of flow style, with what was read in it."""
+    """An open bracket of flow style, with its content so far."""
 
     is_mapping: bool
     keys: dict[str, str] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""From the keys above a place in YAML to what may be written there."""
+"""Map enclosing keys in YAML to the slot."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ MAPS = {
     ("step", "expect"): "expect",
     ("binding", "context"): "context",
 }
-"""What stands under a key, by what the key is a key of."""
+"""The node under each key, by its parent node."""
 NAMED = {
     "states": "state",
     "refined": "state",
@@ -74,14 +74,14 @@ NAMED = {
     "wires": "connection",
     "cases": "steps",
 }
-"""What stands under the names of a map."""
+"""The node under the names of a map."""
 SUITE = {
     name: Key(name, doc)
     for name, doc in {
         "tests": "the name of the tests",
         "chart": "the file of the chart under test",
         "system": "the file of the system under test",
-        "before": "steps that each case begins with",
+        "before": "steps at the start of each case",
         "cases": "the cases: a name, and steps",
     }.items()
 }
@@ -130,7 +130,7 @@ TABLES: dict[str, Keys] = {
     "foreign_node": {key: row for rows in foreign_keys().values() for key, row in rows.items()},
     **_board_tables(),
     "suite": SUITE,
-    "step": {"expect": Key("expect", "what must have happened since the last look")},
+    "step": {"expect": Key("expect", "expected effects since the last check")},
     "expect": EXPECTED,
     "binding": BINDING,
     "context": CONTEXT,
@@ -168,7 +168,7 @@ TESTED = {
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """What a node of the tree is, with what is known of the way to it."""
+    """A node of the tree, with the information collected on its path."""
 
     name: str
     key: str = ""
@@ -178,26 +178,26 @@ class _Place:
 
 
 def yaml_slot(frames: Frames, kind: Kind) -> Slot:
-    """Return what may be written at a place."""
+    """Return the slot at a position."""
     place = _Place(ROOTS.get(kind, ""))
     if not place.name:
         return Slot(What.NOTHING, frames.text)
     for frame in frames.path:
-        place = _entered(place, frame)
+        place = _child_place(place, frame)
     if frames.is_key and _takes_keys(place, frames):
         return _key(place, frames)
     return _value(place, frames.text)
 
 
 def _takes_keys(place: _Place, frames: Frames) -> bool:
-    """Whether keys may stand here, or more of the value above that is broken over lines."""
+    """Return whether keys are permitted here, or the continuation of a value."""
     if frames.path and frames.path[-1].name == ITEM:
         return place.name in TABLES
     return place.name in TABLES or place.name in (*NAMED, "values", "variables", "names", "with")
 
 
-def _entered(place: _Place, frame: Frame) -> _Place:
-    """Return what stands under a key of what a place is."""
+def _child_place(place: _Place, frame: Frame) -> _Place:
+    """Return the node under a key of `place`."""
     name = frame.name
     if name == ITEM:
         return replace(place, name="step") if place.name == "steps" else place
@@ -231,7 +231,7 @@ def _entered(place: _Place, frame: Frame) -> _Place:
 
 
 def _key(place: _Place, frames: Frames) -> Slot:
-    """Return what keys may stand in a mapping."""
+    """Return the slot of a key in a mapping."""
     given = frames.siblings
     match place.name:
         case "refined":
@@ -268,7 +268,7 @@ def _properties() -> tuple[str, ...]:
 
 
 def _value(place: _Place, text: str) -> Slot:
-    """Return what may stand as a value."""
+    """Return the slot of a value."""
     outer, _, key = place.name.partition(":")
     row = TABLES.get(outer, {}).get(key)
     base = Slot(
@@ -329,7 +329,7 @@ def _value(place: _Place, text: str) -> Slot:
 
 
 def _of_form(row: Key | None) -> tuple[What, tuple[str, ...]]:
-    """Return what a key of a usual form takes, and the words of a choice."""
+    """Return the kind of value of a key with a usual form, and the words of a choice."""
     if row is None:
         return What.NOTHING, ()
     match row.form:

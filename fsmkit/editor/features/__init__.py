@@ -1,1 +1,1 @@
-"""What an editor requests, one file a feature: pure functions of the index and a place."""
+"""The features of the server, one file each: pure functions of the index and a position."""

@@ -9,7 +9,7 @@ from lsprotocol import types
 
 from fsmkit.diagnostics import Diagnostic, Fix
 from fsmkit.editor.context import Context, uri_of
-from fsmkit.editor.features.declaring import allowing, declaring
+from fsmkit.editor.features.declaring import declaration_fixes, suppression_fixes
 from fsmkit.editor.features.diagnostics import diagnostic_of
 from fsmkit.editor.features.refactoring import refactorings
 from fsmkit.editor.index.files import normal
@@ -33,22 +33,22 @@ def code_actions(
     *,
     is_asked: bool = False,
 ) -> list[types.CodeAction]:
-    """Return what can be done at a place.
+    """Return the code actions for a selection.
 
     Args:
         context: The editor.
         path: The file.
-        place: What is selected there.
-        only: The kinds that the editor wants; None for all.
-        roots: The open files, in the findings of which fixes for this one may be.
-        is_asked: Whether somebody asked for actions, and not the editor at each move: then
-            refactorings are tried where nothing is selected, too.
+        place: The selection.
+        only: The requested kinds; None for all.
+        roots: The open files; their findings may have fixes in this file.
+        is_asked: Whether the user requested actions; then refactorings are offered without a
+            selection, too.
 
     """
     found: list[types.CodeAction] = []
     sure: list[Fix] = []
     for root in dict.fromkeys((path, *roots)):
-        for finding in context.analyses.of(root).findings:
+        for finding in context.analyses.analysis(root).findings:
             if _file(finding) != path or finding.primary is None:
                 continue
             sure += [fix for fix in finding.fixes[:1] if fix.is_sure]
@@ -56,8 +56,8 @@ def code_actions(
             if not _overlap(at, place):
                 continue
             shown = diagnostic_of(context, finding)
-            allowed = allowing(finding)
-            more = (*declaring(context, path, finding), *((allowed,) if allowed else ()))
+            allowed = suppression_fixes(finding)
+            more = (*declaration_fixes(context, path, finding), *((allowed,) if allowed else ()))
             for number, fix in enumerate((*finding.fixes, *more)):
                 found.append(
                     types.CodeAction(
@@ -79,7 +79,7 @@ def code_actions(
             )
     if sure:
         edit = types.WorkspaceEdit(changes=changes(context, sure))
-        found.append(types.CodeAction("Mend all that is sure", kind=FIX_ALL, edit=edit))
+        found.append(types.CodeAction("Apply all safe fixes", kind=FIX_ALL, edit=edit))
     unique = {(action.title, str(action.edit)): action for action in found}
     return [a for a in unique.values() if only is None or _is_wanted(a.kind, only)]
 

@@ -15,20 +15,20 @@ SPECIAL = re.compile(r"[,\[\]{}#&*!|>'\"%@`]|: ")
 ESCAPED = {"&": "&amp;", "<": "&lt;", '"': "&quot;"}
 
 
-def escaped(text: str) -> str:
-    """Return a text as it stands in an attribute or an element."""
+def escape_xml(text: str) -> str:
+    """Escape a string for an attribute or an element."""
     return "".join(ESCAPED.get(char, char) for char in text)
 
 
 def declaration(source: Source, section: str, name: str, value: str) -> tuple[Edit, ...]:
-    """Return the edit that declares a name; nothing where there is no place for it.
+    """Return the edit that declares a name; empty if the chart has no suitable location.
 
     Args:
-        source: The text of the chart.
+        source: The source of the chart.
         section: ``constants``, ``data``, ``inputs``, ``functions``, ``operations``, ``in`` or
             ``internal``.
-        name: The name; of functions, operations and events the signature.
-        value: The value, the type with the start value, or the body; empty where there is none.
+        name: The name; for functions, operations and events the signature.
+        value: The value, the type with the initial value, or the body; may be empty.
 
     """
     if is_xml(source):
@@ -62,14 +62,14 @@ def _in_xml(source: Source, section: str, name: str, value: str) -> tuple[Edit, 
     prefix = re.search(rf'xmlns:(\w+)\s*=\s*"{EXTENSION}"', text)
     if root is None or prefix is None:
         return ()
-    p, name = prefix[1], escaped(name)
+    p, name = prefix[1], escape_xml(name)
     type_, _, start = (part.strip() for part in value.partition("="))
-    initial = f' expr="{escaped(start)}"' if start else ""
+    initial = f' expr="{escape_xml(start)}"' if start else ""
     elements = {
-        "constants": f'<{p}:constant name="{name}" expr="{escaped(value)}"/>',
-        "data": f'<data id="{name}" {p}:type="{escaped(type_)}"{initial}/>',
-        "inputs": f'<{p}:input id="{name}" type="{escaped(type_)}"/>',
-        "functions": f'<{p}:function signature="{name}">{escaped(value)}</{p}:function>',
+        "constants": f'<{p}:constant name="{name}" expr="{escape_xml(value)}"/>',
+        "data": f'<data id="{name}" {p}:type="{escape_xml(type_)}"{initial}/>',
+        "inputs": f'<{p}:input id="{name}" type="{escape_xml(type_)}"/>',
+        "functions": f'<{p}:function signature="{name}">{escape_xml(value)}</{p}:function>',
         "operations": f'<{p}:operation signature="{name}"/>',
         "in": f'<{p}:event direction="in" signature="{name}"/>',
         "internal": f'<{p}:event direction="internal" signature="{name}"/>',

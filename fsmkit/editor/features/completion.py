@@ -1,4 +1,4 @@
-"""What may be written next: keys, states, events, names of the expected type, files."""
+"""Complete keys, states, events, names of the expected type, and files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DOTTED = re.compile(r"([A-Za-z_]\w*(?:\[[^\[\]]*\])?)\s*\.\s*(\w*)$")
 IN_STATE = re.compile(r"(?:([A-Za-z_]\w*)(?:\[[^\]]*\])?\s*\.\s*)?\bIn\s*\(\s*([^()]*)$")
 EVENT_PLACE = re.compile(r"(?:^|[;\n{])\s*(?:send|raise)\s+([\w.]*)$")
 WORDS = ("raise", "send", "cancel", "log", "if", "for", "super", *VALUED)
-"""The words that statements begin with."""
+"""The words that start statements."""
 OPERATORS = ("and", "or")
 KIND_OF = {
     SymbolKind.STATE: types.CompletionItemKind.Class,
@@ -46,7 +46,7 @@ KIND_OF = {
     SymbolKind.MACHINE: types.CompletionItemKind.Module,
 }
 MOST_LISTED = 2_000
-"""Files of a folder that are looked at."""
+"""Maximum number of files read per folder."""
 
 
 @dataclass(slots=True)
@@ -107,7 +107,7 @@ class _Items:
 def completion(
     context: Context, path: Path, position: types.Position, *, snippets: bool = False
 ) -> list[types.CompletionItem]:
-    """Return what may be written at a position."""
+    """Return the completions at a position."""
     source = context.source(path)
     lines = context.lines(path)
     if source is None or lines is None or kind_at(path, source) is Kind.OTHER:
@@ -133,7 +133,7 @@ class _Completer:
 
     @property
     def chart(self) -> ChartNames | None:
-        """The chart of the file; of tests the one that is tested."""
+        """The chart of the file; for a test file, the tested chart."""
         file = self.context.workspace.readable(self.path)
         if file is not None and file.kind is Kind.SUITE:
             text = text_of(under(file.root, "chart"))
@@ -143,7 +143,7 @@ class _Completer:
 
     @property
     def system(self) -> SystemNames | None:
-        """The system of the file; of tests the one that is tested."""
+        """The system of the file; for a test file, the tested system."""
         file = self.context.workspace.readable(self.path)
         if file is not None and file.kind is Kind.SUITE:
             text = text_of(under(file.root, "system"))
@@ -152,7 +152,7 @@ class _Completer:
         return self.context.workspace.system(self.path)
 
     def run(self) -> None:
-        """Add what fits the slot."""
+        """Add the completions of the slot."""
         match self.slot.what:
             case What.KEY:
                 self.keys()
@@ -191,13 +191,13 @@ class _Completer:
 
     @property
     def name(self) -> str:
-        """What of a name stands before the cursor; it may hold dots and hyphens."""
+        """The part of a name before the cursor, with dots and hyphens."""
         match = NAME.search(self.slot.text)
         return "" if match is None else match[0]
 
     @property
     def word(self) -> str:
-        """What of a word stands before the cursor."""
+        """The part of a word before the cursor."""
         match = WORD.search(self.slot.text)
         return "" if match is None else match[0]
 
@@ -402,7 +402,7 @@ class _Completer:
         self.items.words(("not", "true", "false", *BUILT_IN), self.word, rank=6)
 
     def dotted(self, base: str, word: str, text: str) -> None:
-        """Add what may follow a dot: fields of an event or a record, members."""
+        """Add the completions after a dot: fields of an event or a record, members."""
         chart = self.chart
         if chart is None:
             return
@@ -490,7 +490,7 @@ class _Completer:
             self.items.symbol(machine.symbol, self.word, rank=1, detail=detail)
 
     def ports(self, name: str, word: str, text: str | None) -> None:
-        """Add what may follow the name of a machine and a dot."""
+        """Add the completions after the name of a machine and a dot."""
         system = self.system
         machine = None if system is None else system.machines.get(name)
         if machine is None or machine.names is None:
@@ -517,7 +517,7 @@ class _Completer:
                 self.items.symbol(symbol, word, rank=1)
 
     def _direction(self, text: str | None) -> str | None:
-        """Return which events may stand here: those that leave or that enter a machine."""
+        """Return the permitted direction of events: outgoing or incoming."""
         match self.slot.what:
             case What.WIRE:
                 return "in" if text is not None and "->" in text else "out"

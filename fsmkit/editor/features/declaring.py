@@ -20,8 +20,8 @@ VALUE_BEFORE = re.compile(r"(?:\bif:?|cond=[\"']|=|\band|\bor|\bnot|[(!<>+*/-])\
 MEMBER = re.compile(r"([A-Z]\w*)\.([A-Za-z_]\w*)")
 
 
-def declaring(context: Context, path: Path, finding: Diagnostic) -> Iterator[Fix]:
-    """Yield what a name that is not known could be declared as, the likeliest first."""
+def declaration_fixes(context: Context, path: Path, finding: Diagnostic) -> Iterator[Fix]:
+    """Yield fixes that declare an unknown name, the most likely first."""
     match = UNKNOWN.match(finding.message)
     file, names = context.workspace.file(path), context.workspace.chart(path)
     if match is None or finding.primary is None or file is None or file.kind is not Kind.CHART:
@@ -31,7 +31,7 @@ def declaring(context: Context, path: Path, finding: Diagnostic) -> Iterator[Fix
         return
     kinds: list[tuple[str, str, str, str]] = []
     if match[1] == "there is no event":
-        kinds = [("in", name, "", "event that comes in"), ("internal", name, "", "internal event")]
+        kinds = [("in", name, "", "incoming event"), ("internal", name, "", "internal event")]
     elif match[1] == "unknown operation":
         kinds = [("operations", f"{name}({_parameters(source, span, names)})", "", "operation")]
         if _is_value(source, span):
@@ -81,7 +81,7 @@ def _is_assigned(source: Source, span: Span) -> bool:
 
 
 def _is_value(source: Source, span: Span) -> bool:
-    """Whether something is done with what a call returns: it stands in an expression."""
+    """Return whether a call is part of an expression, so that its result is used."""
     before = source.text[max(0, span.start - 80) : span.start].rpartition("\n")[2]
     return VALUE_BEFORE.search(before) is not None
 
@@ -105,7 +105,7 @@ def _parameters(source: Source, span: Span, names: ChartNames) -> str:
     return ", ".join(found)
 
 
-def allowing(finding: Diagnostic) -> Fix | None:
+def suppression_fixes(finding: Diagnostic) -> Fix | None:
     """Return the fix that allows the rule of a warning or note where it was found."""
     if finding.severity is Severity.ERROR or finding.primary is None:
         return None
@@ -132,5 +132,5 @@ def allowing(finding: Diagnostic) -> Fix | None:
 
 
 def _is_in_tag(text: str, at: int) -> bool:
-    """Whether an offset of XML is within a tag, where no comment stands."""
+    """Return whether an offset of XML is within a tag, where comments are not allowed."""
     return text.lstrip()[:1] == "<" and text.rfind("<", 0, at) > text.rfind(">", 0, at)

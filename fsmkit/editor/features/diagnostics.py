@@ -21,7 +21,7 @@ SEVERITIES = {
 UNNECESSARY = frozenset(
     ("unread-data", "unused-event", "unreachable-state", "dead-transition", "unused-wire")
 )
-"""Rules about what could be left out; editors fade it."""
+"""Rules about unnecessary code, which editors fade."""
 
 
 def diagnostics_of(
@@ -61,7 +61,7 @@ def diagnostic_of(context: Context, finding: Diagnostic) -> types.Diagnostic:
 
 
 def message_of(finding: Diagnostic) -> str:
-    """Return what a finding says, with its way out."""
+    """Return the message of a finding with its help."""
     return finding.message if finding.help is None else f"{finding.message}\nhelp: {finding.help}"
 
 

@@ -1,4 +1,4 @@
-"""What the grammar accepts after the beginning of an expression, and which type is wanted there."""
+"""Find the tokens and the type that the grammar accepts after a partial expression."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LAST_WORD = re.compile(r"[\w$]*$")
 
 
 def hint_before(chart: ChartNames, events: tuple[str, ...] | None, text: str) -> str | None:
-    """Return the enumeration of what the end of a text is compared with, if it is of one."""
+    """Return the enumeration that the end of a source is compared with, or None."""
     match = COMPARED.search(text)
     if match is None:
         return None
@@ -29,9 +29,9 @@ def hint_before(chart: ChartNames, events: tuple[str, ...] | None, text: str) ->
 
 @lru_cache(maxsize=1_000)
 def after_expression(text: str) -> bool:
-    """Whether an operator must follow, since an operand is whole: ``a == b |``.
+    """Return whether an operator must follow a complete operand: ``a == b |``.
 
-    Of what is no beginning of an expression nothing is known; then this is False.
+    Return False for a source that is not the start of an expression.
     """
     before = text[: len(text) - len(LAST_WORD.search(text)[0])]  # type: ignore[index]
     if not before.strip() or len(before) > LONGEST:

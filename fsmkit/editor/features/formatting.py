@@ -16,29 +16,29 @@ from fsmkit.scxml.nodes import read_nodes
 
 KEY = re.compile(r"^([^\s#\-][^\n]*?):", re.MULTILINE)
 Entries = dict[tuple[str, int], tuple[int, int]]
-"""Where entries begin and end, by their key, or by element and number."""
+"""Start and end of entries, by key, or by element and number."""
 
 
 def formatting(
     context: Context, path: Path, place: types.Range | None = None
 ) -> list[types.TextEdit]:
-    """Return the edits that lay a file out; none where it is so already, or cannot be read.
+    """Return the edits that format a file; empty if it is formatted or cannot be read.
 
     Args:
         context: The editor.
         path: The file.
-        place: What is selected: only the entries at the margin, or the elements within the
-            outermost one, are laid out that it touches, each as a whole; None for the file.
+        place: The selection; only entries at the margin, or elements of the root, that it touches
+            are formatted. None formats the file.
 
     """
-    from fsmkit.editor.formatting import formatted
+    from fsmkit.editor.formatting import format_source
 
     lines = context.lines(path)
     if lines is None:
         return []
     with context.workspace.unsaved():
         try:
-            made = formatted(lines.text, str(path))
+            made = format_source(lines.text, str(path))
             if made == lines.text:
                 return []
             if place is None:
@@ -46,7 +46,7 @@ def formatting(
             source = Source(str(path), lines.text)
             start, end = lines.offset(place.start), lines.offset(place.end)
             edits = _within(source, made, start, end)
-            if formatted(apply_edits(source.text, edits), str(path)) != made:
+            if format_source(apply_edits(source.text, edits), str(path)) != made:
                 return []
         except FsmkitError:
             return []
@@ -85,7 +85,7 @@ def _in_yaml(text: str) -> Iterator[tuple[str, int, int]]:
 
 
 def _above(text: str, at: int) -> int:
-    """Return where the comments begin that stand above an entry."""
+    """Return the offset of the first comment above an entry."""
     while at > 0:
         line = text.rfind("\n", 0, at - 1) + 1
         if not text[line : at - 1].startswith("#"):

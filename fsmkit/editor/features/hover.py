@@ -1,4 +1,4 @@
-"""What is known of a name: its declaration, type, value and text, and where it is overridden."""
+"""Describe a name: its declaration, type, value and documentation, and its overrides."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MOST_SHOWN = 12
 
 
 def hover(context: Context, path: Path, position: types.Position) -> types.Hover | None:
-    """Return what is known of what stands at a position."""
+    """Return the description of the item at a position."""
     finding = _rule(context, path, position)
     named = context.at(path, position)
     for occurrence in named:
@@ -58,7 +58,7 @@ def _rule(context: Context, path: Path, position: types.Position) -> list[str]:
     """Return the explanations of the findings at a position."""
     offset = context.offset(path, position)
     found: dict[str, None] = {}
-    for finding in context.analyses.of(path).findings:
+    for finding in context.analyses.analysis(path).findings:
         at = finding.primary
         if at is None or Path(at.span.source.name) != path:
             continue
@@ -69,13 +69,13 @@ def _rule(context: Context, path: Path, position: types.Position) -> list[str]:
 
 
 def _first(explanation: str) -> str:
-    """Return the part under the first two headings: what a rule does, and why it matters."""
+    """Return the first two sections of a rule's page: its description and its rationale."""
     parts = explanation.split("## ")
     return "\n\n".join(part.partition("\n")[2].strip() for part in parts[1:3])
 
 
-def explained(name: str) -> str:
-    """Return the whole explanation of a rule, by its name or code; empty where there is none."""
+def rule_explanation(name: str) -> str:
+    """Return the whole explanation of a rule, by name or code; empty if it does not exist."""
     for rule in rules():
         if name in (rule.name, rule.code):
             return rule.explanation
@@ -104,12 +104,12 @@ def _symbol(context: Context, path: Path, symbol: Symbol) -> str:
 
 
 def _is_repeated(declared: tuple[Declared, ...]) -> bool:
-    """Whether one file declares it several times: an event that goes in and out."""
+    """Return whether one file declares a name twice, such as an event that goes in and out."""
     return len({d.path for d in declared}) == 1
 
 
 def _overrides(context: Context, path: Path, symbol: Symbol) -> list[str]:
-    """Return who else overrides it."""
+    """Return the charts that override the symbol."""
     found: dict[str, None] = {}
     for other, occurrence in context.workspace.occurrences([symbol], [Role.OVERRIDE]):
         if other != path and occurrence.symbols == (symbol,):

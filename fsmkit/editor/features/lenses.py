@@ -1,4 +1,4 @@
-"""Code lenses and inlay hints: what overrides what, what can be done, verdicts, values."""
+"""Code lenses and inlay hints: overrides, commands, verdicts, values."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ SHOWN = (SymbolKind.STATE, SymbolKind.TRANSITION, SymbolKind.CONSTANT, SymbolKin
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """The last verdict on a property, in words; ``has_path``: there is a way there to show."""
+class PropertyVerdict:
+    """The last verdict on a property; ``has_path``: a counterexample or witness can be shown."""
 
     text: str
     has_path: bool = False
 
 
 def lenses(
-    context: Context, path: Path, verdicts: Mapping[str, Told] | None = None
+    context: Context, path: Path, verdicts: Mapping[str, PropertyVerdict] | None = None
 ) -> list[types.CodeLens]:
     """Return the lenses of a file.
 
     Args:
         context: The editor.
         path: The file.
-        verdicts: Of its properties, and of deadlocks and the like, by name, as last checked.
+        verdicts: The last verdicts on its properties, deadlocks and so on, by name.
 
     """
     file = context.workspace.readable(path)
@@ -75,7 +75,7 @@ def lenses(
 
 
 def _overridden(context: Context, path: Path) -> dict[Symbol, list[Span]]:
-    """Return the places in other files that override what a file declares."""
+    """Return the locations in other files that override declarations of a file."""
     found: dict[Symbol, list[Span]] = {}
     for other, uses in context.workspace.all_uses():
         for occurrence in uses.occurrences if other != path else ():
@@ -104,7 +104,7 @@ def _has_place(context: Context, path: Path, name: str) -> bool:
     )
 
 
-def _verdict(uri: str, name: str, told: Told) -> list[types.Command]:
+def _verdict(uri: str, name: str, told: PropertyVerdict) -> list[types.Command]:
     title = f"{name}: {told.text}"
     if told.has_path:
         return [
@@ -144,7 +144,7 @@ def hints(context: Context, path: Path, within: types.Range) -> list[types.Inlay
 
 
 def _constant(chart: Chart, name: str, written: object) -> str:
-    """Return what a constant is, where that is not what is written."""
+    """Return the value of a constant, if it differs from its source."""
     value = dict(chart.constants).get(name)
     if value is None:
         return ""

@@ -15,7 +15,7 @@ DECLARING = (Role.DECLARATION, Role.OVERRIDE)
 
 
 def definition(context: Context, path: Path, position: types.Position) -> list[types.Location]:
-    """Return the nearest declaration of what is named: in the chart itself, else in its bases."""
+    """Return the nearest declaration of a name: in the chart, else in its bases."""
     file = _file_at(context, path, position)
     if file is not None:
         return [file]
@@ -31,14 +31,14 @@ def definition(context: Context, path: Path, position: types.Position) -> list[t
 
 
 def declaration(context: Context, path: Path, position: types.Position) -> list[types.Location]:
-    """Return where the outermost base declares what is named."""
+    """Return the declaration of a name in the outermost base."""
     symbols = _symbols(context.at(path, position))
     places = context.workspace.occurrences(symbols, [Role.DECLARATION])
     return [context.location(span) for span in _unique(o.span for _, o in places)]
 
 
 def implementation(context: Context, path: Path, position: types.Position) -> list[types.Location]:
-    """Return every place where a derived chart overrides what is named."""
+    """Return the locations where derived charts override a name."""
     symbols = _symbols(context.at(path, position))
     places = context.workspace.occurrences(symbols, [Role.OVERRIDE])
     return [context.location(span) for span in _unique(o.span for _, o in places)]
@@ -93,7 +93,7 @@ def _file_at(context: Context, path: Path, position: types.Position) -> types.Lo
 
 
 def _symbols(occurrences: Iterable[Occurrence]) -> tuple[Symbol, ...]:
-    """Return what the smallest places mean: a pattern of events counts where nothing else is."""
+    """Return the symbols of the smallest occurrences; patterns of events have lowest priority."""
     found = list(occurrences)
     if not found:
         return ()

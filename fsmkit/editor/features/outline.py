@@ -53,7 +53,7 @@ GROUPS = {
     SymbolKind.EVENT: "events",
 }
 MOST_FOUND = 1_000
-"""Symbols of a workspace that are answered at once."""
+"""Maximum number of symbols per response."""
 
 
 def document_symbols(context: Context, path: Path) -> list[types.DocumentSymbol]:
@@ -130,7 +130,7 @@ def _transition(context: Context, transition: DocTransition) -> types.DocumentSy
 
 
 def label_of(transition: DocTransition) -> str:
-    """Return what makes a transition be looked at, in words."""
+    """Return the trigger of a transition as text."""
     if transition.trigger is Trigger.EVENT:
         return " ".join(e.value for e in transition.events) or "event"
     if transition.delay is not None:
@@ -204,7 +204,7 @@ def workspace_symbols(context: Context, query: str) -> list[types.WorkspaceSymbo
 
 
 def folding(context: Context, path: Path) -> list[types.FoldingRange]:
-    """Return what can be folded: by indentation, which both notations keep, and comments."""
+    """Return the foldable ranges: by indentation, which both notations have, and comments."""
     source = context.source(path)
     if source is None:
         return []
@@ -237,7 +237,7 @@ def folding(context: Context, path: Path) -> list[types.FoldingRange]:
 def selection(
     context: Context, path: Path, positions: Iterable[types.Position]
 ) -> list[types.SelectionRange]:
-    """Return what encloses each position, from the name there to the whole file."""
+    """Return the enclosing ranges of each position, from the name to the file."""
     file = context.workspace.file(path)
     lines = context.lines(path)
     found = []

@@ -1,8 +1,8 @@
-"""Refactorings: each is tried in a copy of the workspace, and offered if it means the same.
+"""Refactorings, each verified in a copy of the workspace before it is offered.
 
-Extracting a constant leaves the Plan equal; a function that is put in place of a guard, or a call
-that is put in place of by its body, leaves it as it was but for the call. Other changes of meaning
-show as findings: what brings an error, here or in a chart that depends on this one, is refused.
+Extracting a constant leaves the Plan equal. Extracting or inlining a function leaves it equal but
+for the call. Any other change shows as a finding: a refactoring that causes an error, here or in a
+dependent chart, is rejected.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fsmkit.diagnostics.fixes import apply_edits, is_xml
 from fsmkit.document.document import DocFunction
 from fsmkit.editor.analysis import Analysis, analyse
 from fsmkit.editor.context import Context
-from fsmkit.editor.features.adding import declaration, escaped
+from fsmkit.editor.features.adding import declaration, escape_xml
 from fsmkit.editor.index.chart_names import ChartNames
 from fsmkit.editor.index.files import Kind
 from fsmkit.language.statements.tree import Return
@@ -50,12 +50,12 @@ class Refactoring:
     """Whether the Plan must be the same."""
 
     def fix(self) -> Fix:
-        """Return the edits as those of a fix."""
+        """Return the edits as a fix."""
         return Fix(self.title, self.edits)
 
 
 def refactorings(context: Context, path: Path, place: types.Range) -> Iterator[Refactoring]:
-    """Yield what can be refactored at a place, and what cannot, with the reason."""
+    """Yield the possible refactorings at a selection, and the impossible ones with the reason."""
     file, names = context.workspace.file(path), context.workspace.chart(path)
     lines = context.lines(path)
     if file is None or file.kind is not Kind.CHART or names is None or lines is None:
@@ -65,29 +65,29 @@ def refactorings(context: Context, path: Path, place: types.Range) -> Iterator[R
     for found in (
         _constant(source, names, start, end),
         _function(source, names, start, end),
-        _inlined(source, names, start, end),
+        _inline(source, names, start, end),
     ):
         if found is not None:
-            yield found if found.refused else _tried(context, path, found)
+            yield found if found.refused else _verify(context, path, found)
     if start < end and re.search(r"^\s*(?:<state|[\w\"']+:)", source.text[start:end], re.MULTILINE):
         for other in ("Move states to a used chart", "Move states to a base"):
             yield Refactoring(other, types.CodeActionKind.RefactorExtract, refused=MOVING)
 
 
-def _tried(context: Context, path: Path, found: Refactoring) -> Refactoring:
-    """Return a refactoring, refused where it brings an error or means something else."""
+def _verify(context: Context, path: Path, found: Refactoring) -> Refactoring:
+    """Verify a refactoring; reject it if it causes an error or changes the Plan."""
     source = context.source(path)
     if source is None:
         return found
     trial = context.workspace.copy()
     trial.set_text(path, apply_edits(source.text, found.edits).encode())
     for one in (path, *context.workspace.dependents(path)):
-        before, after = context.analyses.of(one), analyse(trial, one)
+        before, after = context.analyses.analysis(one), analyse(trial, one)
         known = {finding.message for finding in before.findings}
         for finding in after.findings:
             if finding.severity is Severity.ERROR and finding.message not in known:
                 return Refactoring(found.title, found.kind, refused=finding.message)
-    if found.is_equal and _plan(context.analyses.of(path)) != _plan(analyse(trial, path)):
+    if found.is_equal and _plan(context.analyses.analysis(path)) != _plan(analyse(trial, path)):
         return Refactoring(found.title, found.kind, refused="the chart would mean something else")
     return found
 
@@ -136,7 +136,7 @@ def _function(source: Source, names: ChartNames, start: int, end: int) -> Refact
             guard = guard.replace("&amp;", "&")
         title = "Make the guard a function"
         if re.search(r"\b_?event\b", guard):
-            reason = "it reads the event, which no function does: pass what it reads by hand"
+            reason = "it reads the event, which a function cannot do: pass the fields as arguments"
             return Refactoring(title, types.CodeActionKind.RefactorExtract, refused=reason)
         name = _unique("is_allowed", names)
         edits = declaration(source, "functions", f"{name}() -> bool", guard)
@@ -145,7 +145,7 @@ def _function(source: Source, names: ChartNames, start: int, end: int) -> Refact
     return None
 
 
-def _inlined(source: Source, names: ChartNames, start: int, end: int) -> Refactoring | None:
+def _inline(source: Source, names: ChartNames, start: int, end: int) -> Refactoring | None:
     line = source.text.rfind("\n", 0, start) + 1
     for found in CALL.finditer(source.text, line, end + 200):
         if not found.start() <= start <= end <= found.end():
@@ -161,11 +161,11 @@ def _inlined(source: Source, names: ChartNames, start: int, end: int) -> Refacto
         body = part.body[0] if len(part.body) == 1 else None
         if not isinstance(body, Return):
             return Refactoring(title, kind, refused="its body is statements, and no expression")
-        if (reason := _misfit(names, part, given)) is not None:
+        if (reason := _argument_mismatch(names, part, given)) is not None:
             return Refactoring(title, kind, refused=reason)
         values = dict(zip((one.name.value for one in part.parameters), given, strict=True))
         inner = _replaced(body.value.value, values)
-        written = escaped(f"({inner})") if is_xml(source) else f"({inner})"
+        written = escape_xml(f"({inner})") if is_xml(source) else f"({inner})"
         return Refactoring(title, kind, (Edit(Span(source, *found.span()), written),))
     return None
 
@@ -174,8 +174,8 @@ def _replaced(text: str, values: Mapping[str, str]) -> str:
     return WORD.sub(lambda match: values.get(match[0], match[0]), text)
 
 
-def _misfit(names: ChartNames, part: DocFunction, given: list[str]) -> str | None:
-    """Return why arguments cannot stand where parameters do."""
+def _argument_mismatch(names: ChartNames, part: DocFunction, given: list[str]) -> str | None:
+    """Return the reason why arguments cannot replace parameters, or None."""
     if len(given) != len(part.parameters):
         return "the call has another number of arguments"
     for text, parameter in zip(given, part.parameters, strict=True):

@@ -1,8 +1,7 @@
-"""Renaming in all files of the index at once, or a refusal that says where it cannot be.
+"""Rename a symbol in all files of the index, or reject the new name with locations.
 
-The edits are tried before they are given out: the names of the changed texts must mean what they
-meant, but for the one name. So whatever would clash with the new name, or take it for another, is
-a refusal, and never a chart that means something else.
+Before the edits are returned, the names of the changed files must have the same meaning as before,
+except for the renamed symbol. A new name that clashes with another one is therefore rejected.
 """
 
 from __future__ import annotations
@@ -48,12 +47,12 @@ FORMS = {
     SymbolKind.SEND: HYPHENED,
     SymbolKind.INVOKE: HYPHENED,
 }
-"""What a name may look like; all others are plain words."""
+"""Patterns of names; the default is a plain word."""
 MOST_SHOWN = 5
 
 
-class RenameRefused(Exception):  # noqa: N818  (an answer, not a fault)
-    """Why something cannot be renamed so, with the places that are in the way."""
+class RenameError(Exception):
+    """The reason why a symbol cannot be renamed, with the conflicting locations."""
 
     def __init__(self, reason: str, places: Iterable[Span] = ()) -> None:
         """Keep the places; the text names some of them."""
@@ -72,7 +71,7 @@ def _line(span: Span) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Renaming:
-    """What is renamed, to what, and every place that changes, by file."""
+    """The renamed symbols, the new name, and every changed location by file."""
 
     symbols: frozenset[Symbol]
     old: str
@@ -87,25 +86,25 @@ class Renaming:
 
 
 def prepare(context: Context, path: Path, position: types.Position) -> Occurrence:
-    """Return the name at a position that can be renamed; `RenameRefused` where there is none."""
+    """Return the renamable name at a position; raises `RenameRefused` if there is none."""
     for occurrence in context.at(path, position):
         if occurrence.symbols and occurrence.role is not Role.MATCH:
             if occurrence.symbol.kind in (SymbolKind.CHART, SymbolKind.SYSTEM):
                 what = occurrence.symbol.kind.value
-                raise RenameRefused(f"the name of a {what} stands nowhere else; edit it here")
+                raise RenameError(f"the name of a {what} has no other uses; edit it here")
             return occurrence
     found = [o for o in context.at(path, position) if o.role is Role.UNKNOWN]
     if found:
-        raise RenameRefused(f"it is not known what `{found[0].name}` means here")
-    raise RenameRefused("there is no name here that can be changed")
+        raise RenameError(f"the meaning of `{found[0].name}` is unknown here")
+    raise RenameError("there is no renamable name here")
 
 
 def renaming(context: Context, path: Path, position: types.Position, new: str) -> Renaming:
-    """Return what must change for another name; `RenameRefused` where that cannot be."""
+    """Return the changes for a new name; raises `RenameRefused` if they are impossible."""
     workspace = context.workspace
     here = prepare(context, path, position)
     with workspace.steady():
-        symbols = workspace.together(here.symbols)
+        symbols = workspace.linked_symbols(here.symbols)
         require_legal(new, symbols)
         if new == here.name:
             return Renaming(symbols, here.name, new, {})
@@ -118,24 +117,24 @@ def renaming(context: Context, path: Path, position: types.Position, new: str) -
 
 
 def require_legal(new: str, symbols: Iterable[Symbol]) -> None:
-    """Refuse a name that cannot be written for all of some symbols, in both notations."""
+    """Reject a name that one of the symbols cannot have in one of the notations."""
     for symbol in symbols:
         form = FORMS.get(symbol.kind, PLAIN)
         if form.fullmatch(new) is None:
-            raise RenameRefused(f"`{new}` is no name for a {symbol.kind.value}")
+            raise RenameError(f"`{new}` is not a valid name for a {symbol.kind.value}")
         if symbol.kind in (*VALUES, SymbolKind.MEMBER, SymbolKind.FIELD, SymbolKind.PARAMETER):
             if new in RESERVED or new in NAMED:
-                raise RenameRefused(f"`{new}` is a word of the language")
+                raise RenameError(f"`{new}` is a word of the language")
         elif symbol.kind is SymbolKind.EVENT and (
             new.startswith(("done.", "error.")) or new in ("done", "error")
         ):
-            raise RenameRefused(f"`{new}` is an event of the platform")
+            raise RenameError(f"`{new}` is an event of the platform")
         elif symbol.kind is SymbolKind.STATE and new.endswith(".main"):
-            raise RenameRefused(f"`{new}` is the main region of a state that gets regions")
+            raise RenameError(f"`{new}` is reserved for the main region of a state")
         elif symbol.kind in (SymbolKind.EVENT, SymbolKind.MACHINE) and new in RESERVED:
-            raise RenameRefused(f"`{new}` is a word of the language")
+            raise RenameError(f"`{new}` is a word of the language")
         elif symbol.kind is SymbolKind.TRANSITION and new == "true":
-            raise RenameRefused("`override: true` means the transition with the same trigger")
+            raise RenameError("`override: true` means the transition with the same trigger")
 
 
 def _places(
@@ -151,10 +150,10 @@ def _places(
             odd.append(span)
         file = workspace.file(path)
         if file is None or file.is_broken:
-            raise RenameRefused(f"`{path.name}` names it and does not parse", [span])
+            raise RenameError(f"`{path.name}` names it and does not parse", [span])
         found.setdefault(path, {})[span.start, span.end] = span
     if odd:
-        raise RenameRefused(f"`{old}` is written with quotes, escapes or line breaks in it", odd)
+        raise RenameError(f"`{old}` is written with quotes, escapes or line breaks in it", odd)
     return {path: tuple(spans.values()) for path, spans in found.items()}
 
 
@@ -189,13 +188,13 @@ def _require_known(workspace: Workspace, symbols: frozenset[Symbol], old: str) -
             if match is not None:
                 broken.append(Span(now.source, *match.span()))
     if broken:
-        raise RenameRefused(f"a file that may use `{old}` does not parse", broken)
+        raise RenameError(f"a file that may use `{old}` does not parse", broken)
     if unclear:
-        raise RenameRefused(f"it is not known whether `{old}` is meant", unclear)
+        raise RenameError(f"a use of `{old}` may have another meaning", unclear)
 
 
 def _require_free(workspace: Workspace, symbols: frozenset[Symbol], new: str) -> None:
-    """Refuse a name that is taken, in any chart or system that has one of the symbols."""
+    """Reject a name that exists in any chart or system with one of the symbols."""
     taken: dict[Span, None] = {}
     wanted = frozenset(replace(symbol, name=new) for symbol in symbols)
     for _, occurrence in workspace.occurrences(wanted):
@@ -215,7 +214,7 @@ def _require_free(workspace: Workspace, symbols: frozenset[Symbol], new: str) ->
                 if any(_is_one_space(s.kind, occurrence.symbol.kind) for s in symbols):
                     taken[occurrence.span] = None
     if taken:
-        raise RenameRefused(f"there is a `{new}` already", taken)
+        raise RenameError(f"there is a `{new}` already", taken)
 
 
 def _is_one_space(one: SymbolKind, other: SymbolKind) -> bool:
@@ -252,7 +251,7 @@ def _taken_in(chart: ChartNames, symbol: Symbol, new: str) -> Iterator[Span]:
 
 
 def _require_same(workspace: Workspace, made: Renaming) -> None:
-    """Refuse where a name would mean something else in the changed texts."""
+    """Reject the name if any name would change its meaning."""
     tried = workspace.copy()
     for path in made.places:
         file = workspace.file(path)
@@ -272,11 +271,11 @@ def _require_same(workspace: Workspace, made: Renaming) -> None:
                 if len(before) != len(after):
                     changed.append(workspace.uses(path).occurrences[len(after)].span)
     if changed:
-        raise RenameRefused(f"`{made.new}` would mean something else", changed)
+        raise RenameError(f"`{made.new}` would mean something else", changed)
 
 
 def _affected(workspace: Workspace, made: Renaming) -> Iterator[Path]:
-    """Yield the files that change, or in which the new name stands, or patterns of events."""
+    """Yield the changed files, and those with the new name or patterns of events."""
     word = re.compile(rf"(?<!\w){re.escape(made.new.split('.')[0])}(?!\w)")
     owners = _owners(made.symbols)
     events = any(symbol.kind is SymbolKind.EVENT for symbol in made.symbols)
@@ -294,7 +293,7 @@ def _has_patterns(file: File) -> bool:
 
 
 def _meaning(occurrence: Occurrence, made: Renaming) -> tuple[Role, frozenset[Symbol]]:
-    """Return what an occurrence means after the change, as far as it was known before."""
+    """Return the meaning of an occurrence after the change, in terms of the old symbols."""
     return occurrence.role, frozenset(_renamed(symbol, made) for symbol in occurrence.symbols)
 
 
@@ -327,13 +326,13 @@ def workspace_edit(
     with_documents: bool,
     with_annotations: bool,
 ) -> types.WorkspaceEdit:
-    """Return the edits of a renaming, as the editor takes them.
+    """Return the edits of a renaming in the format of the protocol.
 
     Args:
         context: The editor.
         made: The renaming.
-        versions: Of the files that are open.
-        with_documents: Whether the editor takes edits by version.
+        versions: Versions of the open files.
+        with_documents: Whether the editor accepts edits by version.
         with_annotations: Whether it shows a remark with the edits of each file.
 
     """

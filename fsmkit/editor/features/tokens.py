@@ -1,4 +1,4 @@
-"""Semantic tokens: what each name is, in every text that holds an expression or statements."""
+"""Semantic tokens: the kind of each name in expressions and statements."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def tokens(context: Context, path: Path, within: types.Range | None = None) -> t
 
 
 def _keywords(document: Document) -> Iterator[tuple[int, int]]:
-    """Yield the places of the words that statements begin with."""
+    """Yield the ranges of words that start statements."""
     for part in parts(document):
         if isinstance(
             part,

@@ -1,35 +1,34 @@
-"""Files in their usual layout: from text to text, nothing is read or written beside."""
+"""Format files: functions from source to source, without access to files."""
 
 from __future__ import annotations
 
 from pathlib import PurePath
 
-from fsmkit.editor.formatting.xml_text import formatted_xml
-from fsmkit.editor.formatting.yaml_text import formatted_yaml
+from fsmkit.editor.formatting.xml_text import format_xml
+from fsmkit.editor.formatting.yaml_text import format_yaml
 
 XML = frozenset({".scxml", ".xml"})
 
 __all__ = ["formatted"]
 
 
-def formatted(text: str, name: str) -> str:
-    """Return the text of a chart, a system, a deployment or the like in its usual layout.
+def format_source(text: str, name: str) -> str:
+    """Return the source of a chart, a system, a deployment and so on in the usual format.
 
     Args:
-        text: What the file holds.
-        name: The name of the file, for findings; its suffix says whether it is XML or YAML.
+        text: The source.
+        name: The file name, for findings; its suffix selects XML or YAML.
 
     Returns:
-        The text with its keys in order, with usual white space, and with every comment. It says
-        the same and is returned as it is when it is formatted again. A YAML file of another kind
-        is returned as it is.
+        The source with ordered keys, usual white space, and all comments. It has the same
+        meaning, and formatting it again changes nothing. A YAML file of another kind is unchanged.
 
     Raises:
-        FsmkitError: With every finding, where the text cannot be read; ``not-formatted`` where it
-            cannot be laid out without a change of its meaning.
+        FsmkitError: With every finding if the source cannot be read; ``not-formatted`` if
+            formatting would change its meaning.
 
     """
     plain = text.replace("\r\n", "\n")
     is_xml = PurePath(name).suffix.lower() in XML
-    made = formatted_xml(plain, name) if is_xml else formatted_yaml(plain, name)
+    made = format_xml(plain, name) if is_xml else format_yaml(plain, name)
     return made.replace("\n", "\r\n") if "\r\n" in text else made

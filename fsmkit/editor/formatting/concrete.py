@@ -1,7 +1,7 @@
-"""YAML as it is written: nodes with their style, comments and blank lines.
+"""The concrete syntax of YAML: nodes with their style, comments and blank lines.
 
-The parser of PyYAML gives the structure; comments are what is left between scalars. Each comment
-is kept with the entry it stands above or behind, or at the end of the block that it ends.
+PyYAML provides the structure; comments lie between scalars. Each comment belongs to the entry
+below it or before it, or to the end of a block.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LEAST_GAP = 2
 
 @dataclass(slots=True)
 class Scalar:
-    """A text. ``raw``: as it stands in the file, with its quotes or its header."""
+    """A scalar. ``raw``: its source, with quotes or block header."""
 
     value: str
     raw: str
@@ -44,15 +44,15 @@ class Entry:
     node: Node
     key: Scalar | None = None
     blank: bool = False
-    """Whether a blank line stands before it and its comments."""
+    """Whether a blank line precedes it and its comments."""
     above: list[str] = field(default_factory=list)
-    """Comments above it, empty where a blank line stands between them."""
+    """Comments above it; empty strings are blank lines."""
     behind: list[str] = field(default_factory=list)
     """Comments at the end of its line, with the blanks before them."""
 
     @property
     def start(self) -> int:
-        """Where it begins."""
+        """Return its start offset."""
         return self.node.start if self.key is None else self.key.start
 
 
@@ -66,7 +66,7 @@ class Block:
     end: int
     entries: list[Entry] = field(default_factory=list)
     tail: list[str] = field(default_factory=list)
-    """Comments after the last entry, empty where a blank line stands between or before them."""
+    """Comments after the last entry; empty strings are blank lines."""
     opening: list[str] = field(default_factory=list)
     """Comments behind the opening bracket."""
 
@@ -184,7 +184,7 @@ class _Comments:
                 self._alone(self._root, start, text)
 
     def _line_before(self, start: int) -> str:
-        """Return what stands before a comment in its line, without white space at the end."""
+        """Return the text before a comment in its line, without trailing white space."""
         return self._text[self._text.rfind("\n", 0, start) + 1 : start].rstrip()
 
     def in_headers(self) -> Iterator[tuple[int, str]]:
@@ -204,7 +204,7 @@ class _Comments:
             at = stop if scalar is None else max(at, scalar.end)
 
     def _is_blank_before(self, offset: int) -> bool:
-        """Whether the line before the one of an offset is blank, if only signs stand before it."""
+        """Return whether a blank line precedes the line, if only indicators precede the offset."""
         line, column = self._source.position(offset)
         if self._source.line(line)[: column - 1].strip(" \t-?\ufeff") or line == 1:
             return False
@@ -216,7 +216,7 @@ class _Comments:
         """Give a comment to the innermost entry that its line belongs to."""
         line = self._line_before(start)
         last = self._text.rfind("\n", 0, start) + len(line)
-        if not line.strip(" -?\ufeff"):  # what it stands behind is on the next lines
+        if not line.strip(" -?\ufeff"):  # its predecessor continues on the next lines
             self._alone(self._root, start, text, 0)
             return
         owner: Entry | None = None
@@ -307,7 +307,7 @@ def _block(root: Node) -> Block:
 
 
 def _last_until(block: Block, offset: int) -> Entry | None:
-    """Return the last entry that begins at an offset or before it."""
+    """Return the last entry that starts at or before an offset."""
     at = bisect_right(block.entries, offset, key=lambda entry: entry.start)
     return block.entries[at - 1] if at else None
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from fsmkit.editor.formatting.concrete import HEADER, Block, Entry, Node, Scalar
 from fsmkit.editor.formatting.shapes import SHAPES, Shape
 from fsmkit.editor.formatting.shapes import Scalar as Kind
-from fsmkit.editor.formatting.spacing import spaced, words_of
+from fsmkit.editor.formatting.spacing import normalize_spaces, words_of
 from fsmkit.yaml.layout import LONGEST_KEY, STEP, WIDTH, is_plain, quoted, scalar
 
 AT_THE_TOP = ("# yaml-language-server:", "# fsmkit: allow-file", "# vim:", "# -*-", "#!")
-"""Comments that are of the file, whatever stands below them."""
+"""Comments that always belong to the file."""
 
 
 def lay_out(root: Block, shape: Shape) -> list[str]:
@@ -53,8 +53,8 @@ def _below(shape: Shape, entry: Entry) -> Shape:
 def _ordered(block: Block, shape: Shape) -> list[Entry]:
     """Return the entries in the order of the keys.
 
-    A key that is not known stays behind the one before it; of keys whose order has a meaning the
-    first has the place, and the others follow it.
+    An unknown key stays behind its predecessor. Keys whose order matters stay together at the
+    position of the first.
     """
     if not block.is_mapping or not shape.order:
         return block.entries
@@ -118,7 +118,7 @@ def _entry(entry: Entry, shape: Shape, margin: str) -> list[str]:
         first = f"{head} {text}" if text else head
     above += [line.strip() for line in behind[1:]]
     if behind and rest and isinstance(node, Scalar) and text[:1] not in ("|", ">"):
-        rest[-1] += behind[0]  # no comment can stand within a text over several lines
+        rest[-1] += behind[0]  # a multi-line scalar cannot contain comments
     elif behind:
         first += behind[0]
     return [*_comments(above, margin), *lines, first, *rest]
@@ -143,12 +143,12 @@ def _text(one: Scalar, shape: Shape, margin: str) -> list[str]:
 
 
 def _continued(line: str, margin: str) -> str:
-    """Return a line of a text over several lines, in which white space around a line is none."""
+    """Return a line of a folded scalar, whose surrounding white space is insignificant."""
     return margin + line.lstrip() if line.strip() else ""
 
 
 def _line(one: Scalar, shape: Shape) -> str:
-    """Return a text as it stands in a line, with the white space of its kind."""
+    """Return a scalar on one line, with the white space of its kind."""
     if "\n" in one.raw:
         return one.raw
     changed = _spaced(one.value, shape.text)
@@ -165,10 +165,10 @@ def _spaced(text: str, kind: Kind) -> str:
     """Return a text with the white space of its kind; as it is where its tokens would change."""
     made = text
     if kind is Kind.CODE:
-        made = spaced(text)
+        made = normalize_spaces(text)
     elif kind is Kind.SIGNATURE:
         name, bracket, fields = text.partition("(")
-        made = name.rstrip() + spaced(bracket + fields) if bracket else text
+        made = name.rstrip() + normalize_spaces(bracket + fields) if bracket else text
     return made if words_of(made) == words_of(text) else text
 
 

@@ -1,7 +1,7 @@
-"""The parts of files and how each is laid out: the order of keys, flow style, expressions.
+"""The formats of file parts: order of keys, flow style, expressions.
 
 A part is a name in a table. The tables follow the key tables of the readers, so a new key of a
-usual form has its place, its layout and its spaces without a row here.
+usual form needs no row here.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ class Scalar(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A part: its keys, other parts below it, and how its texts and lists are written.
+    """A part: its keys, the parts below it, and the style of its scalars and lists.
 
     Attributes:
-        order: The keys in the order in which they are written; others stay where they are.
-        ordered: Keys whose order has a meaning; among each other they are never moved.
+        order: The keys in their written order; others keep their position.
+        ordered: Keys whose order matters; they keep their relative order.
         keys: The parts under keys.
         each: The part under any other key.
-        items: The part of an entry of a list; by default the list stands for its entries.
-        text: The kind of its texts.
-        short_mapping: A mapping in block style becomes flow style where it fits.
-        short_list: The same for lists.
+        items: The part of a list item; by default that of the list.
+        text: The kind of its scalars.
+        short_mapping: Whether short mappings get flow style.
+        short_list: Whether short lists get flow style.
 
     """
 
@@ -177,7 +177,7 @@ KINDS = {
 
 
 def shape_of(names: Iterable[str]) -> str | None:
-    """Return the part that a file is, from its keys; None where it is none of ours."""
+    """Return the part of a file by its keys, or None for another kind of file."""
     found = frozenset(names)
     for key, shape in KINDS.items():
         if key in found:

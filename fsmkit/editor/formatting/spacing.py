@@ -1,7 +1,7 @@
-"""The white space in expressions, statements and declarations.
+"""Format the white space in expressions, statements and declarations.
 
-Only white space within a line changes: no token, no line end, no comment. The tokens alone decide
-where white space stands, so what is spaced once stays as it is.
+Only white space within a line changes, never tokens, line ends or comments. It depends on the
+tokens alone, so formatting twice equals formatting once.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NAMING = frozenset({"raise", "send", "cancel"})
 """Words before a name that may hold signs, such as `go-on`."""
 NAME = re.compile(r"[^\s(){}\[\];,\"'=]+")
 SOFT = frozenset({"to", "after", "as", "type", "content", "with"})
-"""Words that begin a clause in one place and are names in others."""
+"""Words that start a clause or are names."""
 OPERATORS = frozenset({"and", "or", "not", "in", "instanceof", "typeof", "new", "void"})
 SENTENCES = frozenset(
     {"if", "elif", "else", "for", "raise", "send", "cancel", "log", "var", "return"}
@@ -41,15 +41,14 @@ class _Unknown(Exception):  # noqa: N818  (it never leaves this module)
     """A character that no token has."""
 
 
-def spaced(text: str) -> str:
-    """Return an expression, statements or a declaration with usual white space.
+def normalize_spaces(text: str) -> str:
+    """Return an expression, statements or a declaration with the usual white space.
 
     Args:
-        text: One or several lines; the white space before the first token of a line stays.
+        text: One or several lines; their indentation is kept.
 
     Returns:
-        The same tokens. A text with what no token has, or with a comment over several lines, is
-        returned as it is.
+        The same tokens. Sources with invalid tokens or multi-line comments are unchanged.
 
     """
     if _has_long_comment(text):
@@ -96,7 +95,7 @@ def _line(line: str) -> str:
 
 
 def _tokens(code: str) -> Iterator[tuple[str, str, bool]]:
-    """Yield the kind of each token, its text, and whether white space stands before it."""
+    """Yield the kind and text of each token, and whether white space precedes it."""
     at, has_space, names = 0, False, False
     while at < len(code):
         match = TOKEN.match(code, at)
@@ -132,7 +131,7 @@ def _joined(code: str) -> str:
 
 
 def _begins_range(tokens: list[tuple[str, str, bool]], place: int) -> bool:
-    """Whether a sign is that of the first bound of a type: ``speed -1..1`` declares a parameter."""
+    """Return whether a sign belongs to the first bound of a type: ``speed -1..1``."""
     (_, sign, has_space), after = tokens[place], tokens[place + 1 : place + 3]
     if sign not in ("-", "+") or not has_space or len(after) < 2:
         return False
@@ -154,7 +153,7 @@ def _gap(
     after_operand: bool,
     waits: bool,
 ) -> int:
-    """Return how many blanks stand between two tokens."""
+    """Return the number of spaces between two tokens."""
     (kind, last), (_, sign) = before, here
     if not last or kind == "prefix" or last in OPENING or sign in CLOSING:
         return 0

@@ -1,8 +1,8 @@
-"""SCXML files in their usual layout.
+"""Format SCXML files.
 
-Elements stay in their order, which has a meaning. Names, values, text, comments and entities are
-taken from the file as they are; only white space between elements, within tags and in expressions
-changes, and the order of some attributes.
+The order of elements has a meaning and is kept. Names, values, text, comments and entities are
+copied from the file. White space between elements, within tags and in expressions changes, and the
+order of some attributes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from fsmkit.diagnostics import Findings, Source, fail
-from fsmkit.editor.formatting.spacing import spaced, words_of
+from fsmkit.editor.formatting.spacing import normalize_spaces, words_of
 from fsmkit.scxml.nodes import read_nodes
 from fsmkit.yaml.layout import STEP, WIDTH
 
@@ -61,7 +61,7 @@ class _Element:
         return "" if match is None else match[1]
 
 
-def formatted_xml(text: str, name: str) -> str:
+def format_xml(text: str, name: str) -> str:
     """Return an SCXML file in its usual layout; XML of another kind as it is.
 
     Raises:
@@ -86,7 +86,7 @@ def formatted_xml(text: str, name: str) -> str:
 
 
 def _parsed(text: str) -> list[_Element]:
-    """Return what stands at the outermost level of a well-formed text."""
+    """Return the top-level nodes of a well-formed document."""
     top: list[_Element] = []
     open_: list[_Element] = []
     lines_before = 0
@@ -189,10 +189,10 @@ def _value(name: str, quoted: str) -> str:
     quote, text = quoted[0], quoted[1:-1]
     if not _is_code(name) or "\n" in text or "&" in text or not text.strip():
         return quoted
-    made = spaced(text.strip())
+    made = normalize_spaces(text.strip())
     if name == SIGNATURE:
         head, bracket, rest = text.partition("(")
-        made = head.rstrip() + spaced(bracket + rest) if bracket else text
+        made = head.rstrip() + normalize_spaces(bracket + rest) if bracket else text
     return quote + made + quote if words_of(made) == words_of(text) else quoted
 
 

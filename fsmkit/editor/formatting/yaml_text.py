@@ -18,7 +18,7 @@ SEPARATOR = re.compile("[\x85\u2028\u2029]")
 BEYOND = re.compile(r"^(?:%|\.\.\.(?:\s|$))", re.MULTILINE)
 
 
-def formatted_yaml(text: str, name: str) -> str:
+def format_yaml(text: str, name: str) -> str:
     """Return a YAML file of ours in its usual layout; any other text as it is.
 
     Raises:
@@ -40,7 +40,7 @@ def formatted_yaml(text: str, name: str) -> str:
         raise fail(
             "not-formatted",
             f"`{name}` has a directive or the end of a document",
-            help="remove the lines that begin with `%` or `...`",
+            help="remove the lines that start with `%` or `...`",
         )
     if (found := SEPARATOR.search(text)) is not None:
         raise fail(
@@ -61,7 +61,7 @@ def formatted_yaml(text: str, name: str) -> str:
 
 
 def _require_same(source: Source, before: Node, made: str, shape: Shape) -> None:
-    """Raise `FsmkitError` if a layout says something else, or lacks a comment."""
+    """Raise `FsmkitError` if formatting changed the meaning or lost a comment."""
     written = Source(source.name, made)
     after = read_nodes(written, Findings())
     is_same = after is not None and _is_same(before, after, shape)

@@ -1,1 +1,1 @@
-"""Who names whom: files, the symbols that they declare, and every place where one is used."""
+"""The index: files, the symbols they declare, and all uses of each symbol."""

@@ -1,4 +1,4 @@
-"""What the binding of a chart to existing C names: what the chart declares, and parameters in C."""
+"""Find the names in a binding to existing C: declarations of the chart, and C parameters."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from fsmkit.editor.index.system_uses import under as of_key
 from fsmkit.yaml.nodes import Node
 
 PARAMETER = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
-"""A word of C that is no member of anything."""
+"""A word of C that is not a member."""
 VALUES = ("constants", "inputs", "outputs", "operations")
 SPACES = {
     "state": "states",
     "event": "events",
     **dict.fromkeys(("type", "operation", "data", "input", "output", "constant"), "values"),
 }
-"""Where a kind that `names` can name is found."""
+"""The lookup of each kind in `names`."""
 
 
 def binding_uses(path: Path, root: Node, chart: ChartNames | None) -> Uses:
-    """Return what a binding names of its chart."""
+    """Return the names of its chart that a binding uses."""
     scanner = Scanner(path, SystemNames(path))
     if chart is None:
         return scanner.uses
@@ -73,7 +73,7 @@ def _parameters(node: Node, chart: ChartNames, owner: Symbol | None, scanner: Sc
 
 
 def _named(text: Text, chart: ChartNames, scanner: Scanner) -> None:
-    """Report what a key of `names` says: a kind and a name, such as ``state idle``."""
+    """Report a key of `names`: a kind and a name, such as ``state idle``."""
     kind, space, name = text.value.partition(" ")
     if not space or kind not in SPACES:
         return

@@ -1,4 +1,4 @@
-"""The names of a chart: what it and its bases declare, each with what is known of it."""
+"""The declarations of a chart and its bases."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAMED_TYPE = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\[.*\])?\s*", re.DOTALL)
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A declaration: of what, where, and what is written there of it."""
+    """A declaration: its symbol, location and source."""
 
     symbol: Symbol
     path: Path
@@ -27,12 +27,12 @@ class Declared:
     part: object = None
     """The piece of the Document."""
     direction: str = ""
-    """Of an event: ``in``, ``out``, ``internal``."""
+    """Direction of an event: ``in``, ``out``, ``internal``."""
 
 
 @dataclass
 class ChartNames:
-    """What the names of a chart mean. The documents are its own and those of its bases."""
+    """The meaning of a chart's names, from its own document and those of its bases."""
 
     documents: tuple[tuple[Path, Document], ...]
     states: dict[str, Symbol] = field(default_factory=dict)
@@ -45,15 +45,15 @@ class ChartNames:
     members: dict[str, dict[str, Symbol]] = field(default_factory=dict)
     """By the name of the enumeration."""
     fields: dict[Symbol, dict[str, Symbol]] = field(default_factory=dict)
-    """Of events, records and operations, by name, in their order."""
+    """Fields of events, records and operations, by name, in order."""
     types: dict[Symbol, Text | None] = field(default_factory=dict)
     """The type that is written for data, fields, parameters and results."""
     starts: dict[Symbol, Text | None] = field(default_factory=dict)
     """The start value or value that is written."""
     declared: dict[Symbol, list[Declared]] = field(default_factory=dict)
-    """Its declarations, that of the outermost base first."""
+    """Its declarations, from the outermost base inward."""
     parents: dict[str, str] = field(default_factory=dict)
-    """Of a state the one that holds it; top-level states are not there."""
+    """The parent of each state except top-level ones."""
     entries: dict[str, Symbol] = field(default_factory=dict)
     used: dict[str, ChartNames] = field(default_factory=dict)
     """The charts that fill states, by the name of the state."""
@@ -66,7 +66,7 @@ class ChartNames:
 
     @property
     def document(self) -> Document:
-        """What the file itself says."""
+        """The document of the file itself."""
         return self.documents[0][1]
 
     @property
@@ -102,10 +102,10 @@ class ChartNames:
         symbol = self.values.get(match[1]) if match is not None else None
         return symbol if symbol in self.fields else None
 
-    def within(self, name: str) -> tuple[tuple[int, int, Symbol], ...]:
-        """Return what a dotted name means that leads into used charts: ``left.open``.
+    def resolve_path(self, name: str) -> tuple[tuple[int, int, Symbol], ...]:
+        """Resolve a dotted name into used charts: ``left.open``.
 
-        Of each part where it begins and ends, and its symbol; nothing where it leads nowhere.
+        Return the start, end and symbol of each part; empty if a part is unknown.
         """
         head, dot, rest = name.partition(".")
         used = self.used.get(head)
@@ -117,7 +117,7 @@ class ChartNames:
         if symbol is not None:
             inner: tuple[tuple[int, int, Symbol], ...] = ((0, len(rest), symbol),)
         else:
-            inner = used.within(rest)
+            inner = used.resolve_path(rest)
         if not inner:
             return ()
         return (
@@ -127,7 +127,7 @@ class ChartNames:
 
 
 def chart_names(documents: Sequence[tuple[Path, Document]]) -> ChartNames:
-    """Return the names of a chart: its document, then those of its bases, nearest first."""
+    """Return the names of a chart from its document and those of its bases, nearest first."""
     names = ChartNames(tuple(documents))
     for path, document in reversed(names.documents):
         _Collector(names, path, document).collect()

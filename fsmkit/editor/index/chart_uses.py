@@ -1,4 +1,4 @@
-"""What the file of a chart names: every name in a Document, with what it means."""
+"""Find every name in a chart's Document, with its symbol."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def chart_uses(
     names: ChartNames,
     invoked: Mapping[str, ChartNames],
 ) -> Uses:
-    """Return what a chart names.
+    """Return the names that a chart uses.
 
     Args:
         path: Its file.
-        document: What the file says.
-        names: The names that it and its bases declare.
-        invoked: The names of the charts that it invokes, by the text that names the file.
+        document: Its Document.
+        names: The names declared by it and its bases.
+        invoked: The names of invoked charts, by the written file name.
 
     """
     walker = _Walker(path, document, names, invoked)
@@ -51,11 +51,11 @@ class _Walker:
     reader: ExpressionReader = field(init=False)
 
     def __post_init__(self) -> None:
-        self.reader = ExpressionReader(self.names, self.found.append, self.anywhere)
+        self.reader = ExpressionReader(self.names, self.found.append, self.possible_events)
 
     @property
-    def anywhere(self) -> tuple[Symbol, ...] | None:
-        """The events at hand where no transition says which: in SCXML the last one, whichever."""
+    def possible_events(self) -> tuple[Symbol, ...] | None:
+        """The possible current events outside transitions: in SCXML any last event."""
         return None if self.names.is_loose else ()
 
     # --- declarations -----------------------------------------------------------------------------
@@ -115,7 +115,7 @@ class _Walker:
             self.state(refined)
 
     def declare(self, name: Text, symbol: Symbol) -> None:
-        """Report a declaration; of what a base declares it is a change."""
+        """Report a declaration; for a name of a base, a modification."""
         role = Role.DECLARATION if symbol.owner == self.path else Role.OVERRIDE
         self.found.append(Occurrence((symbol,), name.value, role, name.span, line_of(name.span)))
 
@@ -132,7 +132,7 @@ class _Walker:
         self.reader.read_words(data.type)
         self.reader.read(data.init, self.reader.hint_of_symbol(symbol))
 
-    # --- what shall hold --------------------------------------------------------------------------
+    # --- properties --------------------------------------------------------------------------
 
     def property(self, asked: doc.DocProperty) -> None:
         name = asked.name.value
@@ -150,7 +150,7 @@ class _Walker:
             self.seen(line.part(0, len(line.value.partition("->")[0])))
 
     def seen(self, text: Text) -> None:
-        """Report an event or a variable with which a text begins, and the names after it."""
+        """Report the event or variable at the start of a source, and the names after it."""
         match = LEADING.match(text.value)
         if match is None:
             return
@@ -201,7 +201,7 @@ class _Walker:
             symbol = self.names.transitions.get((key, transition.override.value))
             if symbol is not None:
                 self.reader.use(transition.override, symbol, role=Role.OVERRIDE)
-        at_hand: tuple[Symbol, ...] | None = self.anywhere
+        at_hand: tuple[Symbol, ...] | None = self.possible_events
         if transition.trigger is doc.Trigger.EVENT:
             at_hand = tuple(e for d in transition.events for e in self.descriptor(d))
         self.reader.read_words(transition.delay)
@@ -226,7 +226,7 @@ class _Walker:
             self.reader.use(text, self.names.events[name])
             return (self.names.events[name], *fitting)
         if self.reader.within(text):
-            return (self.names.within(name)[-1][2], *fitting)
+            return (self.names.resolve_path(name)[-1][2], *fitting)
         if name.startswith(PLATFORM):
             return (self.names.event(name), *fitting)
         if name.endswith("*"):
@@ -334,7 +334,7 @@ class _Walker:
             self.listed(name_, event)
 
     def listed(self, name: Text, event: Symbol | None) -> None:
-        """Report a name that is that of a variable and of a field at once."""
+        """Report a name that is both a variable and a field."""
         variable = self.names.values.get(name.value)
         if variable is None:
             self.reader.unknown(name)
@@ -354,7 +354,7 @@ class _Walker:
     # --- used charts ------------------------------------------------------------------------------
 
     def used(self, state: doc.DocState, use: doc.DocUse) -> None:
-        """Report what is said of the chart that fills a state: its names, and ours."""
+        """Report the names in the use of a chart: those of that chart and those of this one."""
         name = "" if state.id is None else state.id.value
         chart = self.names.used.get(name)
         values = {} if chart is None else chart.values
@@ -408,7 +408,7 @@ class _Walker:
             self.link(chart)
 
     def link(self, chart: ChartNames) -> None:
-        """Give the events that go to an invoked chart and come back one name, and their fields."""
+        """Link the events exchanged with an invoked chart, and their fields."""
         for name, symbol in chart.events.items():
             if name not in self.names.events:
                 continue

@@ -14,19 +14,19 @@ from fsmkit.language.binding.calls import BUILT_IN
 
 WORD = re.compile(r"(?<![\w.$\"'])[A-Za-z_]\w*")
 Hint = str | None
-"""The name of the enumeration that is wanted where an expression stands."""
+"""The name of the enumeration expected at an expression."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExpressionReader:
-    """Finds names. ``events`` are those that may be at hand; None: which ones is not known."""
+    """Finds names. ``events`` are the possible current events; None: unknown."""
 
     names: ChartNames
     report: Callable[[Occurrence], None]
     events: tuple[Symbol, ...] | None = ()
 
     def read(self, text: Text | None, hint: Hint = None) -> None:
-        """Report the names of an expression; of what is none, nothing."""
+        """Report the names of an expression; nothing if it is invalid."""
         if text is None:
             return
         try:
@@ -261,7 +261,7 @@ class ExpressionReader:
 
     def within(self, at: Text) -> bool:
         """Report a name that leads into a used chart; whether it is one."""
-        found = self.names.within(at.value)
+        found = self.names.resolve_path(at.value)
         for start, end, symbol in found:
             self.use(at.part(start, end), symbol)
         return bool(found)

@@ -1,4 +1,4 @@
-"""Files as the index has them: what kind each is, what stands in it, which files it names."""
+"""Files of the index: kind, content, and the files they name."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SCXML_MARK = re.compile(r"<(?:\w+:)?scxml\b")
 
 
 class Kind(Enum):
-    """What a file holds."""
+    """The kind of a file."""
 
     CHART = "chart"
     SYSTEM = "system"
@@ -39,7 +39,7 @@ class Kind(Enum):
 
 
 def kind_of_keys(keys: set[str]) -> Kind:
-    """Return what a YAML file holds, by its outermost keys; other files must be left alone."""
+    """Return the kind of a YAML file by its top-level keys; other files are ignored."""
     if {"tests", "cases"} <= keys:
         return Kind.SUITE
     if {"binding", "chart"} <= keys:
@@ -55,9 +55,9 @@ def kind_of_keys(keys: set[str]) -> Kind:
 
 @dataclass(frozen=True)
 class File:
-    """A file at one time.
+    """A version of a file.
 
-    ``document``, ``root``: what it holds, as far as it can be read; None where it does not parse.
+    ``document`` and ``root`` are its parsed content, or None if it does not parse.
     """
 
     path: Path
@@ -117,13 +117,13 @@ def beside(path: Path, named: str) -> Path:
     """Return the file that a text in another one names, perhaps in a folder of the project."""
     name = named.strip().removeprefix("file:")
     own = path.parent / name
-    with suppress(FsmkitError):  # what is wrong in a project file is a finding
+    with suppress(FsmkitError):  # errors in a project file are findings
         own = resolved(path, name, own)
     return Path(normal(own))
 
 
 def normal(path: Path) -> str:
-    """Return a path without ``..``, links followed; what is no path stays as it is."""
+    """Return an absolute path without ``..`` and links; an invalid path is unchanged."""
     try:
         return str(path.resolve())
     except (OSError, ValueError, RuntimeError):

@@ -1,4 +1,4 @@
-"""What a file of tests names: events, inputs, operations and states of the charts under test."""
+"""Find the names in a test file: events, inputs, operations and states of its charts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ WORD = re.compile(r"[^\s,()]+")
 def suite_uses(
     root: Node, scanner: Scanner, chart: ChartNames | None, system: SystemNames | None
 ) -> Uses:
-    """Return what a file of tests names; it is about a chart, or about a system."""
+    """Return the names in a test file of a chart or a system."""
     reader = _SuiteReader(scanner, chart, system)
     reader.steps(under(root, "before"))
     for _, steps in entries(under(root, "cases")):
@@ -123,7 +123,7 @@ class _SuiteReader:
         self.value(line.part(match.end(), len(line.value)).strip(), chart, symbol)
 
     def value(self, text: Text, chart: ChartNames | None, symbol: Symbol | None) -> None:
-        """Report the names in a value of what has the type of a symbol."""
+        """Report the names in a value of the type of `symbol`."""
         if chart is None:
             return
         reader = ExpressionReader(chart, self.scanner.found.append)

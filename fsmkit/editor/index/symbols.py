@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Span
 
 
 class SymbolKind(Enum):
-    """What a name stands for."""
+    """The kind of a named item."""
 
     CHART = "chart"
     STATE = "state"
@@ -39,15 +39,15 @@ class SymbolKind(Enum):
 
 
 VARIABLES = (SymbolKind.DATA, SymbolKind.INPUT, SymbolKind.OUTPUT)
-"""What holds a value that changes."""
+"""Kinds of symbols with a changing value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """What a name means, the same in all files that name it.
+    """The meaning of a name, equal in all files that use it.
 
-    ``owner`` is the file that declares it; of a chart that is extended that of the outermost base
-    which has it. ``within``: the names of what it is a part of, such as the event of a field.
+    ``owner`` is the declaring file; for an extended chart, the outermost base with the
+    declaration. ``within``: the names of the enclosing items, such as the event of a field.
     """
 
     kind: SymbolKind
@@ -57,7 +57,7 @@ class Symbol:
 
 
 class Role(Enum):
-    """How a name is used at a place."""
+    """The use of a name at a location."""
 
     DECLARATION = "declares"
     OVERRIDE = "overrides"
@@ -65,14 +65,14 @@ class Role(Enum):
     MATCH = "matches"
     """A pattern of events that fits the symbol, whose name is not written there."""
     UNKNOWN = "unknown"
-    """A name of which it is not known what it means."""
+    """A name without a known meaning."""
 
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """A name at a place. It has several symbols where it means all of them at once.
+    """A name at a location, with all symbols that it denotes.
 
-    Symbols that share an occurrence have one name, and are renamed together.
+    Symbols that share an occurrence have one name and are renamed together.
     """
 
     symbols: tuple[Symbol, ...]
@@ -80,7 +80,7 @@ class Occurrence:
     role: Role
     span: Span = field(repr=False)
     whole: Span | None = field(default=None, repr=False)
-    """Of a declaration: its first line, with what is written there besides the name."""
+    """The first line of a declaration."""
 
     @property
     def symbol(self) -> Symbol:
@@ -90,9 +90,9 @@ class Occurrence:
 
 @dataclass(frozen=True, slots=True)
 class Uses:
-    """What a file names.
+    """The names in a file.
 
-    ``links``: pairs of symbols that must have one name though no place names both.
+    ``links``: pairs of symbols that must have one name, though no location names both.
     """
 
     occurrences: tuple[Occurrence, ...] = ()

@@ -1,4 +1,4 @@
-"""What files of systems, deployments and boards name: machines, and what is in their charts."""
+"""Find the names in systems, deployments and boards: machines, and items of their charts."""
 
 from __future__ import annotations
 
@@ -74,17 +74,17 @@ class SystemNames:
 
 
 def entries(node: Node | None) -> tuple[tuple[Text, Node], ...]:
-    """Return the entries of a mapping, of anything else none."""
+    """Return the entries of a mapping; empty for other nodes."""
     return node.entries if isinstance(node, Entries) else ()
 
 
 def under(node: Node | None, key: str) -> Node | None:
-    """Return what stands under a key of a mapping."""
+    """Return the value of a key in a mapping, or None."""
     return next((value for name, value in entries(node) if name.value == key), None)
 
 
 def items(node: Node | None) -> tuple[Node, ...]:
-    """Return the items of a list; anything else is one."""
+    """Return the items of a list; another node is a single item."""
     if node is None:
         return ()
     return node.items if isinstance(node, Sequence) else (node,)
@@ -138,7 +138,7 @@ def system_names(
     return names
 
 
-# --- what a name after a dot means ----------------------------------------------------------------
+# --- names after a dot ----------------------------------------------------------------
 
 
 def any_event(chart: ChartNames, name: str) -> Symbol | None:
@@ -148,13 +148,13 @@ def any_event(chart: ChartNames, name: str) -> Symbol | None:
 
 
 def variable(chart: ChartNames, name: str) -> Symbol | None:
-    """Return what holds a value: data, an input, an output."""
+    """Return the symbol of a variable: data, an input or an output."""
     found = chart.values.get(name)
     return found if found is not None and found.kind in VARIABLES else None
 
 
 def source(chart: ChartNames, name: str) -> Symbol | None:
-    """Return what leaves a machine: an output, an operation, an event."""
+    """Return the symbol of an outgoing port: an output, an operation or an event."""
     found = chart.values.get(name)
     if found is not None and found.kind in (SymbolKind.OUTPUT, SymbolKind.OPERATION):
         return found
@@ -162,12 +162,12 @@ def source(chart: ChartNames, name: str) -> Symbol | None:
 
 
 def target(chart: ChartNames, name: str) -> Symbol | None:
-    """Return what enters a machine: an event, an input."""
+    """Return the symbol of an incoming port: an event or an input."""
     return any_event(chart, name) or variable(chart, name)
 
 
 def read_part(chart: ChartNames, name: str) -> Symbol | None:
-    """Return what a condition reads."""
+    """Return the symbol that a condition reads."""
     return variable(chart, name) or chart.values.get(name) or any_event(chart, name)
 
 
@@ -185,7 +185,7 @@ class Scanner:
 
     @property
     def uses(self) -> Uses:
-        """All that was reported."""
+        """The reported names."""
         return Uses(tuple(dict.fromkeys(self.found)), tuple(dict.fromkeys(self.links)))
 
     def use(self, text: Text, *symbols: Symbol, role: Role = Role.USE) -> None:
@@ -202,7 +202,7 @@ class Scanner:
         self.found.append(Occurrence((), text.value, Role.UNKNOWN, text.span))
 
     def machine(self, text: Text) -> Machine | None:
-        """Report a machine, perhaps with an index, in which parameters may stand."""
+        """Report a machine with an optional index, which may contain parameters."""
         match = re.match(rf"\s*({NAME})", text.value)
         if match is None:
             return None
@@ -223,12 +223,12 @@ class Scanner:
     def read(
         self, text: Text | None, port: Port = read_part, own: ChartNames | None = None
     ) -> tuple[Symbol, ...]:
-        """Report the names of a text; return what the dotted ones of them mean.
+        """Report the names in a source; return the symbols of the dotted ones.
 
         Args:
-            text: The text.
-            port: What the name after a machine means.
-            own: The chart of which names may stand without a machine.
+            text: The source.
+            port: Resolves the name after a machine.
+            own: The chart whose names need no machine.
 
         """
         if text is None:
@@ -367,7 +367,7 @@ class Scanner:
             self._of_charts(word, tuple(dotted), own)
 
     def _of_charts(self, word: Text, dotted: tuple[Symbol, ...], own: ChartNames | None) -> None:
-        """Report a constant, a type, or a member of what it is compared with."""
+        """Report a constant, a type, or a member of the compared enumeration."""
         charts, name = self._charts(own), word.value
         values = [c.values[name] for c in charts if name in c.values]
         if values:
@@ -383,7 +383,7 @@ class Scanner:
             self.unknown(word)
 
     def link(self, one: Symbol, other: Symbol, a: ChartNames, b: ChartNames) -> None:
-        """Give what a wire connects the names that it must share: fields, members of types."""
+        """Link the names that connected ports share: fields, members of types."""
         sent = [*a.fields.get(one, {}).values()] if one in a.fields else [one]
         wanted = [*b.fields.get(other, {}).values()] if other in b.fields else [other]
         by_name = {s.name: s for s in sent}
@@ -412,7 +412,7 @@ class Scanner:
 def system_uses(
     path: Path, root: Node, names: SystemNames, chart_of: Callable[[Text], ChartNames | None]
 ) -> Uses:
-    """Return what a system names."""
+    """Return the names in a system."""
     scanner = Scanner(path, names)
     if names.name is not None:
         scanner.declare(names.name, Symbol(SymbolKind.SYSTEM, path, names.name.value))
@@ -552,7 +552,7 @@ def deployment_names(path: Path, root: Node, system: SystemNames | None) -> Syst
 
 
 def deployment_uses(path: Path, root: Node, names: SystemNames) -> Uses:
-    """Return what a deployment names; names of the outside world are left alone."""
+    """Return the names in a deployment; external names are ignored."""
     scanner = Scanner(path, names)
     for key, value in entries(under(root, "nodes")):
         scanner.declare(key, names.nodes[key.value])
@@ -573,7 +573,7 @@ def deployment_uses(path: Path, root: Node, names: SystemNames) -> Uses:
 
 
 def _dotted(text: Text, scanner: Scanner) -> None:
-    """Report the names of machines and their ports in a text that may be anything else."""
+    """Report the names of machines and their ports in any source."""
     for match in re.finditer(rf"(?<![\w./])({INDEXED})\.({NAME})(?![\w./(])", text.value):
         machine = scanner.names.machines.get(match[1].split("[")[0].strip())
         if machine is None or machine.names is None:
@@ -597,7 +597,7 @@ def board_names(path: Path, root: Node, deployment: SystemNames | None) -> Syste
 
 
 def board_uses(path: Path, root: Node, names: SystemNames) -> Uses:
-    """Return what the wires of a board name."""
+    """Return the names in the wires of a board."""
     scanner = Scanner(path, names)
     board = text_of(under(root, "board"))
     if board is not None and board.value in names.nodes:
@@ -625,7 +625,7 @@ def board_uses(path: Path, root: Node, names: SystemNames) -> Uses:
 
 
 def _bound(text: Text, chart: ChartNames | None, scanner: Scanner) -> Symbol | None:
-    """Report what is bound: an input, an operation, an event, perhaps with a payload."""
+    """Report a bound port: an input, an operation, or an event with an optional payload."""
     match = re.match(rf"{NAME}(?:\.\w+)*", text.value)
     name = text if match is None else text.part(*match.span())
     symbol = None
@@ -643,7 +643,7 @@ def _bound(text: Text, chart: ChartNames | None, scanner: Scanner) -> Symbol | N
 def _formula(
     node: Node | None, scanner: Scanner, chart: ChartNames | None, bound: Symbol | None
 ) -> None:
-    """Report the names in a formula of a board; ``bound`` is what it is the value of."""
+    """Report the names in a formula of a board; ``bound`` is the port with its value."""
     match node:
         case Scalar(text):
             if text.value.strip() not in ("host", "nothing"):

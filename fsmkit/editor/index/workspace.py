@@ -1,4 +1,4 @@
-"""The index: the files of a workspace, open or on the disk, and who names whom."""
+"""The index of a workspace: open files, files on disk, and all uses of names."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from fsmkit.editor.index.system_uses import (
 )
 
 MOST_FILES = 5_000
-"""Files of a workspace that are looked at."""
+"""Maximum number of files in a workspace."""
 LARGEST = 4 * 1024 * 1024
-"""Bytes of a file that is looked at before it is opened."""
+"""Maximum size of an unopened file, in bytes."""
 SKIPPED = frozenset(("node_modules", "build", "dist", "__pycache__", "venv", "target"))
 """Folders that are passed over, as hidden ones are."""
 MOST_READ = 512
-"""Documents that are kept by their content."""
+"""Maximum number of stored documents."""
 DEEPEST = 32
 """Bases of a chart, one upon the other, that are followed."""
 
 
 @dataclass
 class Workspace:
-    """Folders, the texts that an editor has open in place of the disk's, and what was read."""
+    """Folders, the unsaved contents of open files, and parsed files."""
 
     folders: tuple[Path, ...] = ()
     open: dict[Path, bytes] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Workspace:
     _using: list[Path] = field(default_factory=list)
     """Charts of which the used ones are being found, each in the one before."""
     _fresh: set[Path] | None = None
-    """While the disk counts as unchanged: files that were looked at."""
+    """Files read while the disk counts as unchanged."""
 
     def copy(self) -> Workspace:
         """Return an index of the same texts, in which others can be tried."""
@@ -80,7 +80,7 @@ class Workspace:
     # --- files ------------------------------------------------------------------------------------
 
     def set_text(self, path: Path, content: bytes | None) -> None:
-        """Take a text as that of a file; None: the disk has it again."""
+        """Set the unsaved content of a file; None: use the disk."""
         if content is None:
             self.open.pop(path, None)
             self._opened.pop(path, None)
@@ -113,7 +113,7 @@ class Workspace:
 
     @contextmanager
     def steady(self) -> Iterator[None]:
-        """Take the disk as unchanged meanwhile: no file is asked for its time twice."""
+        """Assume that the disk does not change: no file's time is read twice."""
         before = self._fresh
         self._fresh = set() if before is None else before
         try:
@@ -122,7 +122,7 @@ class Workspace:
             self._fresh = before
 
     def file(self, path: Path) -> File | None:
-        """Return a file as it is now; None where there is none, or it is too large."""
+        """Return the present version of a file; None if it is missing or too large."""
         content = self.open.get(path)
         if content is not None:
             kept = self._opened.get(path)
@@ -175,7 +175,7 @@ class Workspace:
         return self.open.get(path) or self.open.get(Path(normal(path))) if self.open else None
 
     def known(self, path: Path, content: bytes) -> tuple[Document, Findings] | None:
-        """Return what was read of a content under a path."""
+        """Return the stored parse of a content."""
         key = str(path), content
         found = self._read.get(key)
         if found is not None:
@@ -183,7 +183,7 @@ class Workspace:
         return found
 
     def keep(self, path: Path, content: bytes, document: Document, findings: Findings) -> None:
-        """Keep what was read of a content."""
+        """Store the parse of a content."""
         self._read[str(path), content] = document, findings
         while len(self._read) > MOST_READ:
             self._read.popitem(last=False)
@@ -200,7 +200,7 @@ class Workspace:
     # --- names ------------------------------------------------------------------------------------
 
     def chain(self, path: Path) -> tuple[File, ...]:
-        """Return the file of a chart and those of its bases, nearest first, as far as there are."""
+        """Return the files of a chart and its bases, nearest first, as far as they exist."""
         found: list[File] = []
         while len(found) < DEEPEST:
             file = self.readable(path)
@@ -226,7 +226,7 @@ class Workspace:
         return kept[1]
 
     def _use(self, names: ChartNames) -> None:
-        """Find the charts that fill states; one that uses itself is left alone."""
+        """Find the charts used by states; recursive uses are ignored."""
         if len(self._using) >= DEEPEST or names.path in self._using:
             return
         self._using.append(names.path)
@@ -278,7 +278,7 @@ class Workspace:
         return _ChartOf(self, file)
 
     def _basis(self, file: File) -> tuple[File, ...]:
-        """Return a file and all that the meaning of its names depends on."""
+        """Return a file and all files that determine the meaning of its names."""
         found: dict[Path, File] = {}
         left = [file]
         while left:
@@ -293,7 +293,7 @@ class Workspace:
         return tuple(found.values())
 
     def depends_on(self, path: Path) -> frozenset[Path]:
-        """Return the files that what a file means depends on, itself among them."""
+        """Return the files that determine the meaning of a file, including itself."""
         file = self.readable(path)
         return frozenset() if file is None else frozenset(f.path for f in self._basis(file))
 
@@ -309,7 +309,7 @@ class Workspace:
     # --- occurrences ------------------------------------------------------------------------------
 
     def uses(self, path: Path) -> Uses:
-        """Return what a file names."""
+        """Return the names in a file."""
         file = self.readable(path)
         if file is None:
             return Uses()
@@ -330,7 +330,7 @@ class Workspace:
         if file.root is None:
             return Uses()
         if file.kind is Kind.SUITE:
-            from fsmkit.editor.index.suite_uses import suite_uses  # it needs what runs tests
+            from fsmkit.editor.index.suite_uses import suite_uses  # it needs the test runner
 
             chart = text_of(under(file.root, "chart"))
             system = self._of(file, "system")
@@ -355,20 +355,20 @@ class Workspace:
                 return Uses()
 
     def all_uses(self) -> Iterator[tuple[Path, Uses]]:
-        """Yield what each file names."""
+        """Yield the names in each file."""
         with self.steady():
             for file in self.files():
                 yield file.path, self.uses(file.path)
 
     def at(self, path: Path, offset: int) -> tuple[Occurrence, ...]:
-        """Return what is named at an offset of a file, the smallest place first."""
+        """Return the occurrences at an offset of a file, the smallest first."""
         found = [o for o in self.uses(path).occurrences if o.span.start <= offset <= o.span.end]
         known = [o for o in found if o.symbols] or found
         order = {Role.MATCH: 1, Role.UNKNOWN: 2}
         return tuple(sorted(known, key=lambda o: (order.get(o.role, 0), o.span.end - o.span.start)))
 
-    def together(self, symbols: Iterable[Symbol]) -> frozenset[Symbol]:
-        """Return symbols and all that must have one name with them."""
+    def linked_symbols(self, symbols: Iterable[Symbol]) -> frozenset[Symbol]:
+        """Return the symbols that must have one name with the given ones."""
         with self.steady():
             neighbours: dict[Symbol, set[Symbol]] = {}
             for _, uses in self.all_uses():
@@ -419,7 +419,7 @@ class _ChartOf:
     file: File
 
     def __call__(self, text: Text) -> ChartNames | None:
-        """Return the names; None where the file is none."""
+        """Return the names of a chart's file; None for other files."""
         return self.workspace.chart(beside(self.file.path, text.value))
 
 

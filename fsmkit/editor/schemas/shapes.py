@@ -1,4 +1,4 @@
-"""What schemas are put together of."""
+"""The building blocks of schemas."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.document.keys import Form, Key, Keys
 
 Schema = dict[str, Any]
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
-"""Nothing is resolved, so whatever YAML takes for a number or `null` is a text too."""
+"""Scalars are not resolved, so numbers and `null` are strings, too."""
 FLAG: Schema = {"type": "boolean"}
 TEXTS: Schema = {"type": ["array", "null"], "items": TEXT}
 NOTHING: Mapping[str, Schema] = MappingProxyType({})
@@ -22,7 +22,7 @@ def table(item: Schema) -> Schema:
 
 
 def either(*schemas: Schema) -> Schema:
-    """Return the schema of what one of some schemas describes."""
+    """Return the schema that accepts any of the given ones."""
     return {"anyOf": [*schemas]}
 
 

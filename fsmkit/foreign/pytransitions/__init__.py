@@ -10,9 +10,9 @@ if TYPE_CHECKING:
 
 
 def chart_of(machine: object, name: str = "machine", *, findings: Findings | None = None) -> Chart:
-    """Return what a machine, or the dictionary that configures one, means as a chart.
+    """Return the chart of a machine, or of the dictionary that configures one.
 
-    Warnings are left in ``findings``; `FsmkitError` with every finding where there is an error.
+    Warnings go to ``findings``. Raises `FsmkitError` with every finding if there is an error.
     """
     from fsmkit.chart.elaborate import elaborate
     from fsmkit.diagnostics import Findings, FsmkitError

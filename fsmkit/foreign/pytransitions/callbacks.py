@@ -1,9 +1,9 @@
-"""Where callbacks go in a chart: handlers of states where that keeps the library's order.
+"""Place callbacks in a chart: as handlers of states if that keeps the library's order.
 
-The library calls ``before``, exits, entries, ``after``; a chart does exits, content, entries. So
-what is called when a state is left can be its exit handler if no step that leaves it calls
-something before, and alike for entries. Where that is not so, it becomes content of each
-transition, in the order of the library, if it is known beforehand what is left.
+The library calls ``before``, exits, entries, ``after``; a chart executes exits, content, entries.
+A callback of leaving a state can be its exit handler if no step that leaves the state has an
+earlier callback; likewise for entries. Otherwise it becomes content of each transition, in the
+order of the library, if the exited states are known in advance.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from fsmkit.foreign.pytransitions.spec import Callbacks, Path, State, Step
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where the callbacks of a machine are in the chart."""
+    """The places of a machine's callbacks in the chart."""
 
     moves: Moves
     exits_in_content: frozenset[Path]
     entries_in_content: frozenset[Path]
     confused: tuple[Step, ...]
-    """Steps that leave states in another order than the library, or before what comes first."""
+    """Steps that exit states in another order than the library, or before earlier callbacks."""
 
     def on_entry(self, state: State) -> Callbacks:
         """Return the entry handler of a state."""
@@ -51,14 +51,14 @@ class Placement:
 
 
 def before(moves: Moves, step: Step) -> Callbacks:
-    """Return what is called before anything is left, as far as a chart can call it."""
+    """Return the callbacks before any exit, as far as a chart can call them."""
     general = moves.machine.general
     prepared = () if step.is_conditional else (*general["prepare_event"], *step.prepare)
     return (*prepared, *general["before_state_change"], *step.before)
 
 
 def after(moves: Moves, step: Step) -> Callbacks:
-    """Return what is called after everything is entered."""
+    """Return the callbacks after all entries."""
     return (*step.after, *moves.machine.general["after_state_change"])
 
 
@@ -81,7 +81,7 @@ def place(moves: Moves) -> Placement:
         steps[i] for i in sorted(is_late) if any(s.path not in in_content for s in leaving[i])
     )
 
-    begun = {state.path for state in moves.begun() if _entry(moves, state)}
+    begun = {state.path for state in moves.initial_states() if _entry(moves, state)}
     is_early = {i for i, t in enumerate(steps) if entering[i] and after(moves, t)}
     is_early |= {i for i, f in entering.items() if _is_other_order(moves, f, _is_entered_other)}
     entered: set[Path] = set()

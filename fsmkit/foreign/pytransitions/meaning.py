@@ -15,7 +15,7 @@ from fsmkit.language.statements.tree import Block, CallOperation
 
 
 def document_of(machine: Machine, findings: Findings) -> doc.Document | None:
-    """Return what a machine means, or None after saying what no chart means."""
+    """Return the document of a machine; None, with findings, if a chart cannot express it."""
     moves = Moves(machine)
     if findings.has_errors or not machine.initial:
         return None
@@ -99,7 +99,7 @@ class _Writer:
         )
 
     def _steps(self) -> list[Step]:
-        """Return the steps as the library tries them: those of inner descriptions first."""
+        """Return the steps in the library's order: those of inner descriptions first."""
         return sorted(self.machine.steps, key=lambda step: -len(step.scope))
 
     def _initial(self, paths: tuple[Path, ...], span: Span) -> doc.DocTransition:
@@ -151,5 +151,5 @@ class _Writer:
 
 
 def _at(value: str, where: Text) -> Text:
-    """Return a text that stands for another one."""
+    """Return a string with the location of another one."""
     return Text(value, where.span, ())

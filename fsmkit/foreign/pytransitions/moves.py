@@ -1,8 +1,8 @@
-"""What a step of the library leaves and enters, and whether a transition of a chart does the same.
+"""Compute the states that a step of the library exits and enters, and compare with a chart.
 
-The library (0.9, `NestedTransition._resolve_transition`) leaves everything below the deepest
-active ancestor of the destination, or below the state in whose description the transition stands;
-SCXML what lies below the least common compound ancestor of source and destination.
+The library (0.9, `NestedTransition._resolve_transition`) exits everything below the deepest active
+ancestor of the destination, or below the state whose description contains the transition. SCXML
+exits the states below the least common compound ancestor of source and destination.
 """
 
 from __future__ import annotations
@@ -53,28 +53,28 @@ class Moves:
         return common
 
     def difference(self, step: Step) -> str | None:
-        """Return what a chart's transition would do otherwise, if anything."""
+        """Return the difference of a chart's transition, or None."""
         source, dest, scope = step.source, step.dest, step.scope
         domain = self.domain(step)
         if dest is None or domain is None:
             return None
         common = dest[:-1] if dest == source or is_below(source, dest) else meeting(source, dest)
         if self.is_parallel(common):
-            return "changes one region of a parallel state from outside of it"
+            return "changes one region of a parallel state from a state outside it"
         if is_below(dest, source) and len(dest) > len(source) + 1:
-            return "keeps the states on the way that are active, and enters the others"
+            return "keeps the active states on its path, and enters the others"
         between = [dest[:length] for length in range(len(domain) + 1, len(dest))]
         if any(self.is_parallel(path) for path in between):
             return "enters one region of a parallel state and not the others"
         if not scope:
             return None
         if dest[len(scope)] == scope[0]:
-            return "has a destination that the library looks for from the root"
+            return "has a destination that the library resolves from the root"
         for length in range(len(scope) + 1, len(domain) + 1):
             state = self.states[domain[:length]]
             if state.is_parallel or _is_noticed(state):
                 name = self.machine.separator.join(state.path)
-                return f"leaves and enters `{name}` too, because it stands in the description above"
+                return f"exits and enters `{name}` too, because it is in the description above"
         return None
 
     # --- exits and entries --------------------------------------------------------------------
@@ -110,8 +110,8 @@ class Moves:
             found += level
         return tuple(self.states[path] for path in found)
 
-    def begun(self) -> tuple[State, ...]:
-        """Return the states in which the machine begins."""
+    def initial_states(self) -> tuple[State, ...]:
+        """Return the initial states of the machine."""
         return tuple(s for path in self.machine.initial for s in self.entered((), path))
 
     def _together(self, a: Path, b: Path) -> bool:
@@ -120,7 +120,7 @@ class Moves:
     # --- the end ------------------------------------------------------------------------------
 
     def finals(self, state: State) -> Callbacks:
-        """Return what is called when a final state is entered: for it, and what ends with it."""
+        """Return the callbacks of a final state's entry, including states that end with it."""
         if not state.final or state.initial:
             return ()
         found, above = [*state.on_final], state.path[:-1]
@@ -132,7 +132,7 @@ class Moves:
         return tuple(found)
 
     def region_finals(self, state: State) -> Callbacks:
-        """Return what is called only when all regions around a final state have ended."""
+        """Return the callbacks when all regions around a final state have ended."""
         if not state.final:
             return ()
         around = [state.path[:length] for length in range(1, len(state.path))]
@@ -151,7 +151,7 @@ class Moves:
     def resting(self) -> frozenset[Path]:
         """Return the states with children that can be active without one."""
         reached: set[Path] = set()
-        for entered in (self.begun(), *map(self.entries, self.machine.steps)):
+        for entered in (self.initial_states(), *map(self.entries, self.machine.steps)):
             above = {state.path[:-1] for state in entered}
             reached |= {state.path for state in entered} - above
         return frozenset(
@@ -174,12 +174,12 @@ class Moves:
                     yield one, two
 
     def stays_in_region(self, step: Step, other: Path) -> bool:
-        """Whether a step leaves nothing outside of its region, beside another state."""
+        """Return whether a step exits no state outside its region of a parallel state."""
         domain = self.domain(step)
         return domain is None or is_below(domain, meeting(step.source, other))
 
     def is_parallel_between(self, ancestor: Path, descendant: Path) -> bool:
-        """Whether a state is, or holds on the way to another, a parallel state."""
+        """Return whether the path between two states contains a parallel state."""
         lengths = range(len(ancestor), len(descendant))
         return any(self.is_parallel(descendant[:length]) for length in lengths)
 

@@ -15,9 +15,9 @@ WORDS = frozenset(
     | {"abs", "len", "In", "event", "and", "or", "not", "true", "false", "True", "False", "is"}
     | {"null", "undefined", "assign", "script", "to", "after", "as"}
 )
-"""What an operation, an input or an event cannot be called in the data language."""
+"""Reserved words of the action language."""
 RESTING = "_alone"
-"""What the name of a state's child ends in that stands for the state without any of its own."""
+"""Suffix of the child that represents a state without an active child of its own."""
 
 
 Key = TypeVar("Key")
@@ -25,7 +25,7 @@ Key = TypeVar("Key")
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What the chart calls the parts of a machine."""
+    """The names in the chart of the parts of a machine."""
 
     chart: str
     states: dict[Path, str]

@@ -187,7 +187,7 @@ def _is_attribute(found: object) -> bool:
 
 
 def _names(names: Any) -> Any:
-    """Return the names of states that stand as text, enumeration or object."""
+    """Return the names of states given as string, enumeration or object."""
     if isinstance(names, list | tuple):
         return [_names(each) for each in names]
     name = getattr(names, "name", names)
@@ -195,7 +195,7 @@ def _names(names: Any) -> Any:
 
 
 def _plain(value: Any, callables: _Callables) -> Any:
-    """Return a configuration with names for what is no plain value."""
+    """Return a configuration with names in place of objects."""
     match value:
         case dict():
             return {str(key): _plain(each, callables) for key, each in value.items()}

@@ -32,7 +32,7 @@ class Transitions:
         return None if machine is None else document_of(machine, findings)
 
     def read_object(self, found: object, name: str, findings: Findings) -> Document | None:
-        """Return the document of a machine or of a dictionary; None for anything else."""
+        """Return the document of a machine or a dictionary; None for other objects."""
         from fsmkit.foreign.pytransitions.objects import source_of
 
         source = source_of(found, name, findings)

@@ -24,7 +24,7 @@ from fsmkit.foreign.pytransitions.spec import (
 from fsmkit.yaml import nodes
 
 POSITIONS = ("trigger", "source", "dest", "conditions", "unless", "before", "after", "prepare")
-"""Of a transition in the form of a list."""
+"""Keys of a transition in list form, in order."""
 CHILDREN = ("parallel", "children", "states")
 MACHINE_KEYS = frozenset(
     {"name", "states", "initial", "transitions", "queued", "ignore_invalid_triggers", "send_event"}
@@ -90,7 +90,7 @@ class _Reader:
                 "missing-key",
                 "a machine needs states",
                 Span(self._source, start, start + 1),
-                help="give `states: [...]`; a chart begins with `chart: Name`",
+                help="give `states: [...]`; a chart starts with `chart: Name`",
             )
             return None
         states = nodes.require_sequence(fields["states"], "`states`", self._findings)
@@ -139,7 +139,7 @@ class _Reader:
                 self._add_described(parent, mapping)
 
     def _add_named(self, parent: Growing, name: Text) -> None:
-        """Add a state that is only a name, with those above it that the name tells."""
+        """Add a state given by its name, with the ancestors in the name."""
         first, *rest = self._split(name.value)
         if rest:
             if first not in parent.children:
@@ -198,12 +198,12 @@ class _Reader:
         )
 
     def _initial(self, root: Growing, fields: dict[str, nodes.Node]) -> tuple[Path, ...]:
-        """Return where the machine begins: in a state `initial`, made for it, unless said."""
+        """Return the initial state; by default a new state `initial`."""
         node = fields.get("initial")
         if node is not None and _is_null(node):
             self._findings.add(
                 "beyond-statecharts",
-                "a machine without an initial state begins where its model says",
+                "a machine without an initial state starts in the state of its model",
                 node.span,
                 help="give `initial`",
             )
@@ -283,7 +283,7 @@ class _Reader:
         return (*scope.path, *path)
 
     def _add_ordered(self, root: Growing, node: nodes.Node, initial: tuple[Path, ...]) -> None:
-        """Add what `add_ordered_transitions` does: each state leads to the next, the last back."""
+        """Add the transitions of `add_ordered_transitions`: a cycle through all states."""
         names = list(root.names(deep=True))
         if len(names) < 2:
             self._findings.add(
@@ -308,7 +308,7 @@ class _Reader:
             if key.value not in known:
                 self._findings.add(
                     "unknown-key",
-                    f"{what} has no key `{key.value}` that means something in a chart",
+                    f"the key `{key.value}` of {what} has no meaning in a chart",
                     key,
                     help=suggest(key.value, known, f"known are {', '.join(sorted(known))}"),
                     severity=Severity.WARNING,

@@ -1,4 +1,4 @@
-"""What a machine of the library does otherwise than the chart that is made of it."""
+"""Report the differences between a machine of the library and its chart."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.foreign.pytransitions.spec import Callbacks, State, Step, millisecon
 
 
 def report(moves: Moves, placement: Placement, findings: Findings) -> bool:
-    """Report what is said otherwise by a chart, and what cannot be said; whether all can."""
+    """Report differences and inexpressible parts; return whether a chart can express all."""
     reporter = _Reporter(moves, findings)
     reporter.states()
     reporter.steps()
@@ -39,7 +39,7 @@ class _Reporter:
     # --- states -----------------------------------------------------------------------------
 
     def states(self) -> None:
-        """Report states that are entered in a way of the library's own."""
+        """Report states that the library enters in its own way."""
         for state in self._machine.walk():
             if state.is_parallel and set(state.initial) != {c.path[-1] for c in state.children}:
                 left_out = [c for c in state.children if c.path[-1] not in state.initial]
@@ -67,9 +67,9 @@ class _Reporter:
         """Report an initial configuration that a chart cannot have."""
         whole = Span(self._machine.source, 0, 0)
         begun = self._machine.initial
-        advice = "begin in a state with `parallel`, which holds all of them"
+        advice = "start in a state with `parallel`, which holds all of them"
         if len(begun) > 1 and any(self._moves.states[path].children for path in begun):
-            self._refuse("the machine begins in states without their children", whole, advice)
+            self._refuse("the machine starts in states without their children", whole, advice)
         above = {path[:length] for path in begun for length in range(len(path))}
         active = above | set(begun)
         for path in above:
@@ -77,7 +77,7 @@ class _Reporter:
             regions = self._moves.states[path].children if self._moves.is_parallel(path) else ()
             if len(inside) != max(1, len(regions)):
                 what = "some regions, not in all" if regions else "several states"
-                self._refuse(f"the machine begins in {what}", whole, advice)
+                self._refuse(f"the machine starts in {what}", whole, advice)
 
     # --- single steps -------------------------------------------------------------------------
 
@@ -175,7 +175,7 @@ class _Reporter:
                 )  # fmt: skip
 
     def _can_follow(self, two: Step) -> bool:
-        """Whether a step can be made after another one, or itself, on the same trigger."""
+        """Return whether a step can follow another one, or itself, on the same trigger."""
         for one in self._machine.steps:
             if one.trigger != two.trigger or one.scope != two.scope:
                 continue
@@ -190,7 +190,7 @@ class _Reporter:
     # --- callbacks ----------------------------------------------------------------------------
 
     def callbacks(self, placement: Placement) -> None:
-        """Report callbacks that come in another order, or not at all."""
+        """Report callbacks whose order changes, or that are omitted."""
         for step in placement.confused:
             self._findings.add(
                 "callback-order",
@@ -221,13 +221,13 @@ class _Reporter:
                 "callback-left-out",
                 f"`{kind}` calls `{text}` {when}: a chart has no place for that",
                 text,
-                help="it is left out; call it where the chart has one, for instance in `before`",
+                help="it is omitted; call it in another callback, for instance in `before`",
             )
 
     # --- the machine --------------------------------------------------------------------------
 
     def settings(self) -> None:
-        """Say what the machine is set to do otherwise."""
+        """Report unsupported settings of the machine."""
         machine = self._machine
         changes = []
         if not machine.queued and any(called(machine)):
@@ -235,7 +235,7 @@ class _Reporter:
         if not machine.ignores_invalid:
             changes.append("an event without a transition is counted, not an exception")
         if machine.has_automatic:
-            changes.append("the automatic `to_<state>` are left out")
+            changes.append("the automatic `to_<state>` are omitted")
         if changes:
             self._findings.add(
                 "machine-setting", f"in the chart {'; '.join(changes)}", Span(machine.source, 0, 0),

@@ -1,7 +1,7 @@
-"""A machine of the library as its configuration says it, with nothing left to expand.
+"""A machine of the library in the terms of its configuration, fully expanded.
 
-States are known by their paths from the root. A *step* is one transition of one source: `*`, `=`
-and lists of sources are expanded, as `Machine.add_transition` does.
+States are identified by their paths from the root. A *step* is one transition of one source: `*`,
+`=` and lists of sources are expanded, as `Machine.add_transition` does.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class State:
 
     @property
     def is_parallel(self) -> bool:
-        """Whether several children are entered at once."""
+        """Return whether several children are entered together."""
         return len(self.initial) > 1
 
     def walk(self) -> Iterator[State]:
@@ -60,11 +60,11 @@ class Step:
     after: Callbacks = ()
     prepare: Callbacks = ()
     scope: Path = ()
-    """The state in whose description it stands: those of inner states are tried first."""
+    """The state whose description contains it; those of inner states are tried first."""
 
     @property
     def is_conditional(self) -> bool:
-        """Whether it may be refused."""
+        """Return whether it has a condition."""
         return bool(self.conditions or self.unless)
 
 
@@ -104,7 +104,7 @@ class Machine:
 
 
 def milliseconds(timeout: Text) -> int:
-    """Return a time in seconds as whole milliseconds, at least one; `ValueError` if it is none."""
+    """Return a time in seconds as whole milliseconds, at least one; raises `ValueError`."""
     seconds = float(timeout.value)
     if not 0 < seconds < 1e9:
         raise ValueError(timeout.value)

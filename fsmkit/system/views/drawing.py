@@ -29,7 +29,7 @@ from fsmkit.chart.drawing.states.labels import WIDTH, wrapped
 from fsmkit.diagnostics import fail
 from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.emit import notating
-from fsmkit.emit.dot import escaped, font, left, quoted, statement, titled
+from fsmkit.emit.dot import escaped, font, label_with_title, left, quoted, statement
 from fsmkit.emit.svg import with_dark_colours
 from fsmkit.plugins import plugin, plugin_for, plugins
 from fsmkit.system.any_file import Model
@@ -184,7 +184,7 @@ def _lines(model: System | Deployment) -> Iterator[str]:
         name = font(f"<b>{escaped(node)}</b>", INK, NAME)
         yield f"  subgraph cluster_{place} {{"
         yield "    " + statement(
-            "graph", label=titled(name, (), "left", room=BELOW_BORDER), labeljust="l",
+            "graph", label=label_with_title(name, (), "left", room=BELOW_BORDER), labeljust="l",
             labelloc="t", style=ROUNDED, color=INK, fillcolor=AREAS[0], margin=14,
         )  # fmt: skip
         yield from (f"    m{n};" for n, p in enumerate(placed) if p == place)
@@ -194,7 +194,7 @@ def _lines(model: System | Deployment) -> Iterator[str]:
         name = font(f"<b>{escaped(machine.name)}</b>", color, NAME)
         of_chart = font(escaped(machine.chart.name), GREY if machine.environment else SOFT, SMALL)
         yield "  " + statement(
-            f"m{number}", label=titled(name, [(of_chart, {})], "center"), color=color,
+            f"m{number}", label=label_with_title(name, [(of_chart, {})], "center"), color=color,
             style=DASHED if machine.environment else ROUNDED, id=f"m{number}",
         )  # fmt: skip
     for number, ((source, target, style), names) in enumerate(_arrows(system).items()):

@@ -1,4 +1,4 @@
-"""Charts as they are found, without a test: how far each gets on the way to C."""
+"""Read public charts without tests, and determine how many stages towards C each passes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fsmkit.testing.conformance.conformance import Result, reason_of, time_limit
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 NO_CHART = frozenset({"not-scxml", "not-a-chart"})
-"""Rules broken by files that look like charts by their suffix only."""
+"""Rules broken by files that only have the suffix of a chart."""
 
 
 MISSING = "unloaded-source"
@@ -30,11 +30,11 @@ MISSING = "unloaded-source"
 
 
 class Stage(IntEnum):
-    """How far a file got."""
+    """The last stage that a file passed."""
 
     NOWHERE = 0
     READ = 1
-    """It is SCXML without an error; a script that it names may be missing, so it is no chart."""
+    """Valid SCXML, though an external script may be missing."""
     CHART = 2
     COMPILED = 3
     """The C compiler took the generated C without a word."""
@@ -42,20 +42,20 @@ class Stage(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How far a file got, with how many warnings, and what stopped it."""
+    """The last stage of a file, the number of warnings, and the error."""
 
     name: str
     stage: Stage
     warnings: int
     reason: str
     is_chart: bool = True
-    replaced: tuple[str, ...] = ()
+    replacement_causes: tuple[str, ...] = ()
     """The cause of each place that is replaced by an error at run time."""
 
     @property
     def causes(self) -> tuple[str, ...]:
         """Return why the meaning is not kept; nothing where every condition and content is."""
-        return self.replaced if self.stage >= Stage.CHART else (REFUSED,)
+        return self.replacement_causes if self.stage >= Stage.CHART else (REFUSED,)
 
     @property
     def result(self) -> Result:
@@ -66,7 +66,7 @@ class Reading:
 
 
 def read_chart(path: Path, name: str, limit: float) -> Reading:
-    """Take one file as far as it gets; it never raises. ``limit``: seconds."""
+    """Process a file up to its last stage, without exceptions. ``limit``: seconds."""
     findings = Findings()
     stage, reason = Stage.NOWHERE, ""
     try:
@@ -89,7 +89,7 @@ def read_chart(path: Path, name: str, limit: float) -> Reading:
         reason = reason_of(error)
     warnings = sum(d.severity is Severity.WARNING for d in findings)
     is_chart = NO_CHART.isdisjoint(_errors(findings))
-    return Reading(name, stage, warnings, reason, is_chart, replaced(findings))
+    return Reading(name, stage, warnings, reason, is_chart, replacement_causes(findings))
 
 
 def compile_strictly(chart: Chart, findings: Findings) -> None:
@@ -106,7 +106,7 @@ def compile_strictly(chart: Chart, findings: Findings) -> None:
 
 
 def totals(readings: Iterable[Reading]) -> dict[str, int]:
-    """Return how many charts got how far, and how many compiled without a warning of ours."""
+    """Return the number of charts per stage, and of those that compiled without warnings."""
     charts = [reading for reading in readings if reading.is_chart]
     compiled = [reading for reading in charts if reading.stage is Stage.COMPILED]
     return {
@@ -120,7 +120,7 @@ def totals(readings: Iterable[Reading]) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """How many of the charts keep every condition and every content, and why others do not."""
+    """The number of charts that keep every condition and content, and the causes for others."""
 
     files: int
     kept: int
@@ -142,8 +142,8 @@ def _errors(findings: Findings) -> set[str]:
     return {d.rule.name for d in findings if d.severity is Severity.ERROR}
 
 
-REFUSED = "the file is no chart"
-"""The cause of a file that is refused as a whole."""
+REFUSED = "the file is not a chart"
+"""The cause of a file that is rejected as a whole."""
 CAUSES: Mapping[str, re.Pattern[str]] = {
     "a target that nothing is reached under": re.compile(r"is no target$|nothing is reached under"),
     "a service, processor or chart that is not there": re.compile(
@@ -185,11 +185,11 @@ class Cause:
     places: int
 
 
-def replaced(findings: Iterable[Diagnostic]) -> tuple[str, ...]:
-    """Return the cause of each place of a chart that is replaced by an error.
+def replacement_causes(findings: Iterable[Diagnostic]) -> tuple[str, ...]:
+    """Return the cause of each location of a chart that is replaced by an error.
 
-    A lenient dialect keeps what cannot be evaluated as the ``error.execution`` that SCXML 5.9 and
-    6.4 prescribe. Such a chart compiles, but it is not the chart that was meant.
+    A lenient dialect replaces invalid parts by the ``error.execution`` that SCXML 5.9 and 6.4
+    prescribe. Such a chart compiles, but not with the intended meaning.
     """
     return tuple(cause(d.message) for d in findings if d.rule.name in REPLACING)
 
@@ -200,7 +200,7 @@ def cause(message: str) -> str:
 
 
 def count_causes(files: Iterable[tuple[str, ...]]) -> tuple[Cause, ...]:
-    """Return the causes found in files, each given by those of its places; the commonest first."""
+    """Return the causes in files, each given by those of its locations; the most frequent first."""
     in_files: Counter[str] = Counter()
     places: Counter[str] = Counter()
     for causes in files:

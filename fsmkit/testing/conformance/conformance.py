@@ -1,7 +1,7 @@
-"""One test of a public suite, run on any runtime.
+"""Run one test of a public suite on any runtime.
 
-What is expected of a chart is its case's own: see `conformance_expectations`. A test that does not
-pass says why: what happened, what the suite notes of it, else what reading it had to leave out.
+The case defines the expectation: see `conformance_expectations`. A failed test reports its reason:
+the observed behaviour, the remark of the suite, or the parts that reading omitted.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ from fsmkit.document.document import Direction, DocEvent
 from fsmkit.testing.harness.harness import Harness
 
 LEFT_OUT = ("unsupported-invoke", "content-not-evaluable")
-"""Rules of warnings that change what a chart does, the gravest first."""
+"""Rules of warnings that change the behaviour of a chart, the most severe first."""
 
 
 class Result(Enum):
-    """How a test ended."""
+    """The result of a test."""
 
     PASSED = "passed"
     FAILED = "failed"
     SKIPPED = "skipped"
 
 
-class Unmet(Exception):  # noqa: N818  (an expectation, not an error)
-    """A test did something else than it should; the message says what."""
+class UnmetExpectation(Exception):  # noqa: N818  (an expectation, not an error)
+    """A test observed a wrong behaviour; the message describes it."""
 
 
-class Contradicted(Exception):  # noqa: N818  (a fact about a test, not an error)
-    """A test demands what the recommendation does not; the message says where they differ."""
+class ContradictsRecommendation(Exception):  # noqa: N818  (a fact about a test, not an error)
+    """A test requires something that contradicts the recommendation; the message names it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
     """One test.
 
-    ``skip`` is a reason not to count a failure: a person must assess it. ``events`` are those that
-    come from outside: a chart need not mention each.
+    ``skip`` is a reason not to count a failure: a person must assess it. ``events`` are the
+    external ones; a chart need not mention each.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Case:
     must_be_rejected: bool = False
     events: tuple[str, ...] = ()
     note: str = ""
-    """What the suite says of the test, for whoever sees it fail."""
+    """The suite's remark about the test, for its failure report."""
     suite: str = ""
     group: str = ""
     """The clause of the recommendation, or the folder; ``link`` leads to it."""
@@ -129,7 +129,7 @@ def _run(case: Case, chart: Chart, harness: Harness, limit: float) -> tuple[Resu
     try:
         with time_limit(limit):
             case.evaluate(chart, harness)
-    except Contradicted as contradiction:
+    except ContradictsRecommendation as contradiction:
         return Result.SKIPPED, str(contradiction)
     except Exception as error:  # noqa: BLE001  (a bug fails one test, not the run)
         return Result.FAILED, reason_of(error)
@@ -139,30 +139,30 @@ def _run(case: Case, chart: Chart, harness: Harness, limit: float) -> tuple[Resu
 def _left_out(findings: Findings) -> str:
     """Return the first of the gravest warnings, or nothing."""
     grave = [d for name in LEFT_OUT for d in findings if d.rule.name == name]
-    return told(grave[0]) if grave else ""
+    return finding_line(grave[0]) if grave else ""
 
 
 def reason_of(error: Exception) -> str:
-    """Return one line that says why a test failed."""
+    """Return one line with the reason of a failure."""
     match error:
-        case Unmet():
+        case UnmetExpectation():
             return str(error)
         case TimeoutError():
             return "takes too long"
         case FsmkitError():
             errors = [d for d in error.diagnostics if d.severity is Severity.ERROR]
             more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-            return f"{told((errors or list(error.diagnostics))[0])}{more}"
+            return f"{finding_line((errors or list(error.diagnostics))[0])}{more}"
         case _:
             return (
                 f"bug: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}"
             )
 
 
-def told(diagnostic: Diagnostic) -> str:
-    """Return the rule, the message and the place of a finding in one line.
+def finding_line(diagnostic: Diagnostic) -> str:
+    """Return the rule, message and location of a finding in one line.
 
-    Of what a compiler says, that is the first error. A file is named without its folders.
+    For a compiler error, return its first error. Files are named without their folders.
     """
     first, *others = diagnostic.message.splitlines()
     message = " ".join([first, *[line for line in others if "error:" in line][:1]])

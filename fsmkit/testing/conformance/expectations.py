@@ -1,4 +1,4 @@
-"""What the tests of the public suites expect of a chart.
+"""The expectations of the public suites.
 
 A W3C test passes when it ends in its top-level state ``pass``. A scripted chart (SCION's format)
 passes when the active atomic states are the expected ones at first and after each event.
@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart, Transition
 from fsmkit.chart.structure import is_internal
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.document.document import Kind
-from fsmkit.testing.conformance.conformance import Contradicted, Unmet
+from fsmkit.testing.conformance.conformance import ContradictsRecommendation, UnmetExpectation
 from fsmkit.testing.harness.harness import Harness
 
 PATIENCE = 600_000_000
@@ -35,35 +35,35 @@ def ends_in_pass(chart: Chart, harness: Harness) -> None:
     if end == ("pass",):
         return
     if end is not None:
-        raise Unmet(f"ends in {', '.join(end)}")
+        raise UnmetExpectation(f"ends in {', '.join(end)}")
     stuck = configurations(trace)
     where = ", ".join(stuck[-1][1]) if stuck else "nothing"
     because = f" after the fault {faults(trace)[0]}" if faults(trace) else ""
-    raise Unmet(f"does not end: it stays in {where}{because}")
+    raise UnmetExpectation(f"does not end: it stays in {where}{because}")
 
 
-def shows(line: str) -> Callable[[Chart, Harness], None]:
-    """Return the evaluation of a test that a person assesses by what its log shows."""
+def assessed_log(line: str) -> Callable[[Chart, Harness], None]:
+    """Return the evaluation of a test whose log a person assesses."""
 
     def evaluate_line(chart: Chart, harness: Harness) -> None:
         trace = harness.run(chart, ["start 0", "run 0", "run 0"])
         if line not in trace:
-            raise Unmet(f"the trace does not show `{line}`")
+            raise UnmetExpectation(f"the trace does not show `{line}`")
 
     return evaluate_line
 
 
-def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
+def follow_script(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
     """Return the evaluation of a scripted chart.
 
-    A script that wants a parallel state for the domain of a transition contradicts the
-    recommendation. It is known by three facts: the chart has a transition for which that makes a
-    difference, the script brings another behaviour for the same events (``legacySemantics``), and
-    the chart follows that one.
+    A script that uses a parallel state as the domain of a transition contradicts the
+    recommendation. Three facts show it: the chart has a transition with that difference, the
+    script has another behaviour for the same events (``legacySemantics``), and the chart follows
+    that one.
     """
 
     def evaluate_script(chart: Chart, harness: Harness) -> None:
-        lines, times = played(script, chart.capacities.tick)
+        lines, times = harness_lines(script, chart.capacities.tick)
         trace = configurations(harness.run(chart, lines))
         difference = first_difference(script, times, trace)
         if not difference:
@@ -72,20 +72,20 @@ def follows(script: dict[str, Any]) -> Callable[[Chart, Harness], None]:
         if (
             legacy is not None
             and any(nearest_is_parallel(chart, transition) for transition in chart.transitions)
-            and played(legacy, chart.capacities.tick) == (lines, times)
+            and harness_lines(legacy, chart.capacities.tick) == (lines, times)
             and not first_difference(legacy, times, trace)
         ):
-            raise Contradicted(PARALLEL_DOMAIN)
-        raise Unmet(difference)
+            raise ContradictsRecommendation(PARALLEL_DOMAIN)
+        raise UnmetExpectation(difference)
 
     return evaluate_script
 
 
-def played(script: dict[str, Any], tick: int) -> tuple[list[str], list[int]]:
+def harness_lines(script: dict[str, Any], tick: int) -> tuple[list[str], list[int]]:
     """Return the lines for a harness, and the time of the start and of each event.
 
-    Each event comes one millisecond after the one before, so that the time of a macrostep tells
-    which event it belongs to. ``tick``: microseconds.
+    Events are one millisecond apart, so that the time of a macrostep identifies its event.
+    ``tick``: microseconds.
     """
     lines, times, now = ["start 0", "run 0"], [0], 0
     for entry in script["events"]:
@@ -126,7 +126,7 @@ def _listed(states: Sequence[str]) -> str:
 
 
 def read_script(path: Path) -> dict[str, Any] | None:
-    """Return the script beside a chart, if that is what the file holds."""
+    """Return the script beside a chart, or None if the file is not a script."""
     try:
         script = parse_json(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
@@ -135,7 +135,7 @@ def read_script(path: Path) -> dict[str, Any] | None:
     return script if is_script else None
 
 
-# --- what a trace shows ---------------------------------------------------------------------------
+# --- results in a trace ---------------------------------------------------------------------------
 
 
 def configurations(trace: Iterable[str]) -> list[tuple[int, tuple[str, ...]]]:

@@ -1,4 +1,4 @@
-"""The results as a page in Markdown: clause by clause, and what does not pass with its reason."""
+"""Write the results as a Markdown page: clause by clause, failures with their reasons."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write_into(text: str, page: Sequence[str]) -> str:
 
 
 def page(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> tuple[str, ...]:
-    """Return the lines: for each suite a table of counts and one of what does not pass."""
+    """Return the lines: for each suite a table of counts and one of failures."""
     lines: list[str] = []
     for suite in dict.fromkeys(verdict.case.suite for verdict in verdicts):
         of_suite = [verdict for verdict in verdicts if verdict.case.suite == suite]

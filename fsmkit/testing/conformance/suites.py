@@ -1,8 +1,8 @@
-"""Where the tests of the public suites are, and what is known of each.
+"""Find the tests of the public suites.
 
-A folder is known by what lies in it, at any depth: an ``ecma`` with ``test*.scxml`` is a suite of
-the W3C; a chart with a script of the same name beside it is a scripted test; any other file of a
-notation of charts is a chart as it is found.
+The content of a folder, at any depth, identifies it. An ``ecma`` with ``test*.scxml`` is a suite
+of the W3C; a chart with a script of the same name is a scripted test; any other file of a chart
+notation is a chart without a test.
 """
 
 from __future__ import annotations
@@ -15,24 +15,29 @@ from fsmkit.diagnostics import fail
 from fsmkit.document.front_ends import FrontEnd
 from fsmkit.plugins import plugins
 from fsmkit.testing.conformance.conformance import Case
-from fsmkit.testing.conformance.expectations import ends_in_pass, follows, read_script, shows
+from fsmkit.testing.conformance.expectations import (
+    assessed_log,
+    ends_in_pass,
+    follow_script,
+    read_script,
+)
 
 RECOMMENDATION = "https://www.w3.org/TR/scxml/"
 
 SKIPPED = (
     ("manual", "yes", "a person must assess it"),
     ("mandatory", "no", "optional"),
-    ("judgement", "dynamic", "needs what is known at run time only"),
+    ("judgement", "dynamic", "needs information available only at run time"),
 )
 """Columns and values of the classification for which a failure does not count, and why."""
 SHOWN = {"test178": "send event1 2 3"}
-"""Tests that a person must assess, and the line of a trace in which that person would look."""
+"""Tests that a person must assess, and the line of the trace to assess."""
 
 
 def find_cases(folder: Path) -> tuple[Case, ...]:
     """Return the tests below a folder, perhaps none; `FsmkitError` where it is no folder."""
     if not folder.is_dir():
-        raise fail("unreadable-file", f"cannot read `{folder}`: it is no folder")
+        raise fail("unreadable-file", f"cannot read `{folder}`: it is not a folder")
     cases = [case for suite in w3c_suites(folder) for case in w3c_cases(suite)]
     taken = {case.path for case in cases}
     cases += [case for case in scripted_cases(folder) if case.path not in taken]
@@ -64,10 +69,10 @@ def w3c_suites(folder: Path) -> tuple[Path, ...]:
 
 
 def w3c_cases(suite: Path) -> Iterator[Case]:
-    """Yield the tests of a folder that holds ``ecma`` and, as a rule, ``classification.tsv``.
+    """Yield the tests of a folder with ``ecma`` and, usually, ``classification.tsv``.
 
-    A failure is one of the recommendation's own demands: of a test that is optional, that a person
-    must assess, or that needs what is known at run time only, it is told but not counted.
+    Only failures of mandatory tests count. Failures of tests that are optional, that a person must
+    assess, or that need run-time information, are reported only.
     """
     known = _classification(suite / "classification.tsv")
     for path in sorted((suite / "ecma").glob("test[0-9]*.scxml")):
@@ -80,7 +85,7 @@ def w3c_cases(suite: Path) -> Iterator[Case]:
         yield Case(
             path.stem,
             path,
-            ends_in_pass if path.stem not in SHOWN else shows(SHOWN[path.stem]),
+            ends_in_pass if path.stem not in SHOWN else assessed_log(SHOWN[path.stem]),
             skip=", ".join(reasons),
             must_be_rejected="must reject" in note,
             note=note.removeprefix("manual; "),
@@ -100,11 +105,13 @@ def _classification(path: Path) -> Mapping[str, Mapping[str, str]]:
 
 
 def scripted_cases(folder: Path) -> Iterator[Case]:
-    """Yield the charts that have a script of the same name beside them."""
+    """Yield the charts that have a script of the same name."""
     for path in sorted(folder.rglob("*.scxml")):
         script = read_script(path.with_suffix(".json"))
         if script is not None:
             name = path.relative_to(folder).with_suffix("").as_posix()
             names = tuple(entry["event"]["name"] for entry in script["events"])
             group = path.relative_to(folder).parent.as_posix()
-            yield Case(name, path, follows(script), events=names, suite="scripted", group=group)
+            yield Case(
+                name, path, follow_script(script), events=names, suite="scripted", group=group
+            )

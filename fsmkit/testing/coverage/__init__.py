@@ -1,4 +1,4 @@
-"""Coverage of charts by tests: states, transitions, decisions and conditions of guards.
+"""Measure the coverage of charts by tests: states, transitions, decisions and conditions.
 
-Machines come in through a `Recorder`, counts go out as files that add up in any order.
+A `Recorder` observes machines; its counts are files that can be added in any order.
 """

@@ -1,7 +1,7 @@
-"""What generated code counted (`plan.counting`), as coverage that adds up with the interpreter's.
+"""Convert the counters of generated code (`plan.counting`) to coverage.
 
-The bytes are those of ``fsm_coverage.h``: of a machine, then of each machine in its slots. They may
-come from a line of which other things were read, too, and lie anywhere in what was read.
+The bytes are those of ``fsm_coverage.h``: of a machine, then of each machine in its slots. They
+may be surrounded by other output of the line they were read from.
 """
 
 from __future__ import annotations
@@ -34,26 +34,28 @@ class Counters:
 
 
 def read_counters(path: Path, charts: Iterable[Chart]) -> tuple[ChartCoverage, ...]:
-    """Return what the bytes of a file say of charts, and of those that these invoke.
+    """Return the coverage in a file, of the charts and of those they invoke.
 
     Args:
-        path: What `x_coverage` in C, or `coverage` in Python, gave out, once or several times.
-        charts: Those that may be meant; each that is not is left out.
+        path: The output of `x_coverage` in C, or `coverage` in Python, once or several times.
+        charts: The possible charts; those without counters are omitted.
 
     Raises:
-        FsmkitError: ``unreadable-file``; ``broken-coverage`` where there are no counters, or some
-            came over damaged; ``other-chart`` for counters of another chart than these.
+        FsmkitError: ``unreadable-file``; ``broken-coverage`` if counters are missing or damaged;
+            ``other-chart`` for counters of another chart.
 
     """
     try:
         content = path.read_bytes()
     except OSError as error:
         raise fail("unreadable-file", f"`{path}` cannot be read: {error.strerror}") from error
-    return counted_in(content, str(path), charts)
+    return coverage_in_bytes(content, str(path), charts)
 
 
-def counted_in(content: bytes, path: str, charts: Iterable[Chart]) -> tuple[ChartCoverage, ...]:
-    """Return the same of bytes; ``path``: of what they were read from."""
+def coverage_in_bytes(
+    content: bytes, path: str, charts: Iterable[Chart]
+) -> tuple[ChartCoverage, ...]:
+    """Return the coverage in bytes; ``path``: the file they were read from."""
     known = {fingerprint(chart)[:16]: chart for chart in everyone(charts)}
     found = []
     for each in counters(content, path):
@@ -65,7 +67,7 @@ def counted_in(content: bytes, path: str, charts: Iterable[Chart]) -> tuple[Char
                 f"`{path}` holds counters of the chart {each.fingerprint}, which is not {names}",
                 help="name the chart that the code was generated from, as it was then",
             )
-        found.append(of_area(chart, each.area))
+        found.append(coverage_of_area(chart, each.area))
     return tuple(found)
 
 
@@ -77,10 +79,10 @@ def everyone(charts: Iterable[Chart]) -> Iterator[Chart]:
 
 
 def counters(content: bytes, name: str) -> list[Counters]:
-    """Return the counters in bytes, however many charts they are of.
+    """Return all counters in bytes.
 
-    `FsmkitError` (``broken-coverage``) where there are none, or their check is wrong; ``name``: of
-    what they were read from.
+    Raises `FsmkitError` (``broken-coverage``) if they are missing or have a wrong checksum;
+    ``name``: the file they were read from.
     """
     found: list[Counters] = []
     at = content.find(MAGIC)
@@ -107,10 +109,10 @@ def _broken(name: str, why: str) -> FsmkitError:
     )  # fmt: skip
 
 
-def of_area(chart: Chart, area: bytes) -> ChartCoverage:
-    """Return what an area says was reached of a chart; a full counter counts as 255."""
+def coverage_of_area(chart: Chart, area: bytes) -> ChartCoverage:
+    """Return the coverage in the counters of a chart; a saturated counter is 255."""
     where = area_of(chart)
-    assert len(area) == where.size  # noqa: S101  (whoever calls has looked)
+    assert len(area) == where.size  # noqa: S101  (checked by the caller)
     counts = Counts(chart)
     first = where.first_transition
     counts.states = Counter(dict(enumerate(area[:first])))

@@ -1,10 +1,10 @@
-"""Guards as decisions of conditions, and which conditions were shown to decide (masking MC/DC).
+"""Guards as decisions, and the conditions that tests have shown to decide (masking MC/DC).
 
-A condition is an operand of ``and``, ``or``, ``not`` that is none of these itself. The criterion is
-that of J. J. Chilenski, An Investigation of Three Forms of the Modified Condition Decision Coverage
-(MCDC) Criterion, DOT/FAA/AR-01/18: a condition is covered if it was seen true and seen false, each
-time unmasked, that is, with the other operands such that the decision would have been another one.
-What short-circuit evaluation passes over masks nothing.
+A condition is an operand of ``and``, ``or``, ``not`` without these operators. The criterion is
+that of J. J. Chilenski, An Investigation of Three Forms of the Modified Condition Decision
+Coverage (MCDC) Criterion, DOT/FAA/AR-01/18. A condition is covered if it was observed true and
+false, each time unmasked: with the other operands such that the decision would change with it.
+Operands skipped by short-circuit evaluation mask nothing.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def decided(shape: Shape, value: Callable[[int], bool]) -> bool:
     return not next(parts) if shape.op == "not" else all(parts) if shape.op == "and" else any(parts)
 
 
-def unmasked(shape: Shape, outcomes: Outcomes) -> frozenset[int]:
-    """Return the conditions that alone would have made another decision of these outcomes."""
+def deciding_conditions(shape: Shape, outcomes: Outcomes) -> frozenset[int]:
+    """Return the conditions that alone would change the decision of these outcomes."""
     return frozenset(_unmasked(shape, outcomes))
 
 
@@ -71,13 +71,13 @@ def covered_conditions(shape: Shape, count: int, seen: Iterable[Outcomes]) -> tu
     """Return for each condition whether it was shown to decide; of many, if it had both values."""
     found: set[tuple[int, bool | None]] = set()
     for outcomes in seen:
-        shown = range(count) if count > MOST_CONDITIONS else unmasked(shape, outcomes)
+        shown = range(count) if count > MOST_CONDITIONS else deciding_conditions(shape, outcomes)
         found |= {(number, outcomes[number]) for number in shown}
     return tuple({(n, True), (n, False)} <= found for n in range(count))
 
 
-def kept(outcomes: Outcomes) -> Iterator[Outcomes]:
-    """Yield what is kept of the outcomes of a decision: itself, or of many each value alone."""
+def stored_outcomes(outcomes: Outcomes) -> Iterator[Outcomes]:
+    """Yield the stored outcomes of a decision: itself, or with many conditions each value alone."""
     if len(outcomes) <= MOST_CONDITIONS:
         yield outcomes
         return

@@ -29,7 +29,7 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 MISS = "#c62828"
 HIT = "#2e7d32"
 Drawing = Callable[[ChartCoverage], str]
-"""The SVG of a chart, empty where there is none."""
+"""The SVG of a chart, or an empty string."""
 
 
 def page(
@@ -38,8 +38,8 @@ def page(
     """Return the page.
 
     Args:
-        charts: What was covered.
-        sources: The texts of files, by name; one that is not there is left out.
+        charts: The coverage.
+        sources: The sources by file name; a missing one is omitted.
         drawing: Draws a chart with the ids `s12` and `t25`.
 
     """
@@ -86,13 +86,13 @@ def _chart(chart: ChartCoverage, drawing: Drawing | None) -> Iterator[str]:
         yield "</ul></details>"
     drawn = "" if drawing is None else drawing(chart)
     if drawn:
-        coloured = b64encode(_coloured(drawn, chart).encode()).decode()
+        coloured = b64encode(_colour_drawing(drawn, chart).encode()).decode()
         yield f'<img alt="Drawing of {_text(chart.name)}: green is covered, red is not"'
         yield f' src="data:image/svg+xml;base64,{coloured}">'
 
 
-def _coloured(drawn: str, chart: ChartCoverage) -> str:
-    """Return a drawing in which what is not covered is red and dashed, the rest green."""
+def _colour_drawing(drawn: str, chart: ChartCoverage) -> str:
+    """Return a drawing with uncovered items red and dashed, the others green."""
     rules = []
     for prefix, items in (("s", chart.states), ("t", chart.transitions)):
         for item in items:

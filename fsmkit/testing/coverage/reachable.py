@@ -1,4 +1,4 @@
-"""Coverage without what `check` proves that no run reaches."""
+"""Exclude items from coverage that `check` proves unreachable."""
 
 from __future__ import annotations
 
@@ -17,26 +17,28 @@ from fsmkit.verify.statespace.exploration import End
 
 
 @dataclass(frozen=True, slots=True)
-class Reached:
-    """What the runs of a chart reach, by a whole exploration."""
+class ReachableItems:
+    """The reachable items of a chart, by a complete exploration."""
 
     proof: str
-    """Of what, in words."""
+    """Description of the chart or system."""
     chart: Chart
     states: frozenset[int]
     transitions: frozenset[int]
 
 
-def reached(path: Path, findings: Findings, *, timeout: float = 0) -> tuple[Reached, ...]:
-    """Explore a chart or a system, and return what is reached of each of its charts.
+def reachable_items(
+    path: Path, findings: Findings, *, timeout: float = 0
+) -> tuple[ReachableItems, ...]:
+    """Explore a chart or a system, and return the reachable items of each chart.
 
     Args:
         path: The file.
-        findings: Takes what is found while it is read.
+        findings: Collects the findings while reading.
         timeout: Seconds, 0 for none.
 
     Raises:
-        FsmkitError: ``wrong-option`` where not all of it was explored, and what cannot be read.
+        FsmkitError: ``wrong-option`` if the exploration is incomplete, and errors of the file.
 
     """
     options = ExplorationOptions(timeout=timeout)
@@ -48,10 +50,10 @@ def reached(path: Path, findings: Findings, *, timeout: float = 0) -> tuple[Reac
             help="see `fsmkit check`, or leave --only-reachable out",
         )  # fmt: skip
     proof = f"`fsmkit check {path}` explored all {count_text(report.exploration.states)} states"
-    found: dict[str, Reached] = {}
+    found: dict[str, ReachableItems] = {}
     for machine, figures in zip(system.machines, report.exploration.machines, strict=True):
         key = fingerprint(machine.chart)
-        before = found.get(key, Reached(proof, machine.chart, frozenset(), frozenset()))
+        before = found.get(key, ReachableItems(proof, machine.chart, frozenset(), frozenset()))
         found[key] = replace(
             before,
             states=before.states | figures.states,
@@ -73,13 +75,13 @@ def _doubt(report: Report) -> str:
 
 
 def only_reachable(
-    charts: Sequence[ChartCoverage], proofs: Iterable[Reached]
+    charts: Sequence[ChartCoverage], proofs: Iterable[ReachableItems]
 ) -> tuple[tuple[ChartCoverage, ...], tuple[str, ...]]:
-    """Return coverage without what is out of reach, and a line for each chart that says so.
+    """Return coverage without unreachable items, and a line for each chart that names them.
 
-    Left out are states and transitions that no run reaches, and the guards of transitions whose
-    source is such a state. Something that was reached all the same stays: a host then did what the
-    exploration rules out.
+    Omitted are unreachable states and transitions, and the guards of transitions from such states.
+    An item that was reached nevertheless stays: its host did something that the exploration
+    excludes.
     """
     known = {fingerprint(proof.chart): proof for proof in proofs}
     left, told = [], []

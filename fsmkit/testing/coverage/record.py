@@ -1,4 +1,4 @@
-"""What tests reached of each chart, as counts; in files of JSON, which add up in any order."""
+"""Record the coverage of charts as counts, in JSON files that can be added."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fsmkit.emit import plain
 from fsmkit.language import Environment, Expr, Value, spell
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.snapshot import Entered, InvokedMacrostep, Macrostep, Taken
-from fsmkit.testing.coverage.decisions import is_whole, kept, numbers, observe
+from fsmkit.testing.coverage.decisions import is_whole, numbers, observe, stored_outcomes
 
 FOLDER = ".fsmkit-coverage"
 FIRST = "run the tests with `fsmkit test --cov` or `pytest --fsmkit-cov` first"
@@ -29,7 +29,7 @@ FIRST = "run the tests with `fsmkit test --cov` or `pytest --fsmkit-cov` first"
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where an item is written: a file and a line, counted from 1."""
+    """The location of an item: a file and a line, counted from 1."""
 
     file: str
     line: int
@@ -37,7 +37,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A state or a transition, in words, and how often it was entered or taken."""
+    """A state or a transition as text, and how often it was entered or taken."""
 
     number: int
     text: str
@@ -62,7 +62,7 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class ChartCoverage:
-    """All of a chart that can be covered, and what was."""
+    """All items of a chart with their counts."""
 
     name: str
     file: str
@@ -74,7 +74,7 @@ class ChartCoverage:
 
 @dataclass(slots=True)
 class Counts:
-    """What was reached of a chart: by state and transition, by guard and its outcomes."""
+    """The counts of a chart: by state and transition, by guard and its outcomes."""
 
     chart: Chart
     states: Counter[int] = field(default_factory=Counter)
@@ -85,10 +85,10 @@ class Counts:
 
 
 class Recorder:
-    """Counts what machines do: `guard` watches guards, `observer` observes a session."""
+    """Counts the steps of machines: `guard` watches guards, `observer` observes a session."""
 
     def __init__(self) -> None:
-        """Begin with nothing reached."""
+        """Start without counts."""
         self._counts: dict[str, Counts] = {}
         self._by_chart: dict[int, Counts] = {}
         self._charts: list[Chart] = []
@@ -99,7 +99,7 @@ class Recorder:
         if counts is None:
             counts = self._counts.setdefault(fingerprint(chart), Counts(chart))
             self._by_chart[id(chart)] = counts
-            self._charts.append(chart)  # so that no other one gets its id
+            self._charts.append(chart)  # keeps its id unique
             for invocation in chart.invocations:
                 self.add(invocation.chart)
         return counts
@@ -108,16 +108,16 @@ class Recorder:
         """Evaluate a guard, and count the outcomes of its conditions."""
         counts = self.add(chart)
         number, guard = transition.index, transition.guard
-        assert guard is not None  # noqa: S101  (who has none is not asked)
+        assert guard is not None  # noqa: S101  (checked by the caller)
         if number not in counts.shapes:
             counts.shapes[number] = shape_of(guard)
         value, outcomes = observe(*counts.shapes[number], environment)
-        counts.outcomes.setdefault(number, Counter()).update(kept(outcomes))
+        counts.outcomes.setdefault(number, Counter()).update(stored_outcomes(outcomes))
         counts.decided[number, value] += 1
         return value
 
     def observer(self, *charts: Chart) -> Callable[[int, tuple[Macrostep, ...]], None]:
-        """Return what counts the macrosteps of machines, by the number of their chart here."""
+        """Return an observer of macrosteps of machines, by the number of their chart here."""
 
         def observe(machine: int, done: tuple[Macrostep, ...]) -> None:
             for macrostep in done:
@@ -126,7 +126,7 @@ class Recorder:
         return observe
 
     def done(self, chart: Chart, macrostep: Macrostep) -> None:
-        """Count the states entered and the transitions taken, of invoked machines too."""
+        """Count the states entered and transitions taken, including invoked machines."""
         counts = self.add(chart)
         for microstep in macrostep.microsteps:
             for effect in microstep.effects:
@@ -141,12 +141,12 @@ class Recorder:
                         pass
 
     def coverage(self) -> tuple[ChartCoverage, ...]:
-        """Return what was reached until now."""
+        """Return the present coverage."""
         return tuple(coverage_of(counts) for counts in self._counts.values())
 
 
 def coverage_of(counts: Counts) -> ChartCoverage:
-    """Return all of a chart that can be covered, with what was reached."""
+    """Return all items of a chart with the given counts."""
     chart = counts.chart
     file = chart.sources[0].name if chart.sources else ""
     return ChartCoverage(
@@ -175,7 +175,7 @@ def coverage_of(counts: Counts) -> ChartCoverage:
 
 def _decision(counts: Counts, transition: Transition) -> Decision:
     chart, number, guard = counts.chart, transition.index, transition.guard
-    assert guard is not None  # noqa: S101  (whoever calls has looked)
+    assert guard is not None  # noqa: S101  (checked by the caller)
     shape, conditions = shape_of(guard)
     tick = chart.capacities.tick
     return Decision(
@@ -191,7 +191,7 @@ def _decision(counts: Counts, transition: Transition) -> Decision:
 
 
 def _transitions(chart: Chart) -> list[Transition]:
-    """Return the transitions that something selects; those of initial states are entered with."""
+    """Return the selectable transitions; initial ones are covered by their states."""
     return [chart.transitions[t] for state in chart.states for t in state.transitions]
 
 
@@ -215,10 +215,10 @@ def _inherited(origin: Origin) -> bool:
 # --- adding up --------------------------------------------------------------------------------
 
 
-def added(runs: Iterable[Iterable[ChartCoverage]]) -> tuple[ChartCoverage, ...]:
-    """Add what several runs reached; `FsmkitError` where a file holds another chart meanwhile.
+def add_coverage(runs: Iterable[Iterable[ChartCoverage]]) -> tuple[ChartCoverage, ...]:
+    """Add the coverage of several runs; raises `FsmkitError` if a file has changed its chart.
 
-    One run may have several charts of one name and file: invoked ones that are written inline.
+    One run may have several charts with one name and file: invoked ones that are written inline.
     """
     found: dict[str, ChartCoverage] = {}
     before: dict[tuple[str, str], list[ChartCoverage]] = {}
@@ -321,7 +321,7 @@ def load(path: Path) -> tuple[ChartCoverage, ...]:
     paths = sorted(_folder(path).glob("run-*.json")) if path.is_dir() else [path]
     if not paths:
         raise fail("unreadable-file", f"`{path}` holds no counts", help=FIRST)
-    return added(_load(one) for one in paths)
+    return add_coverage(_load(one) for one in paths)
 
 
 def _folder(path: Path) -> Path:

@@ -53,7 +53,7 @@ class Figures:
 
 
 def figures(chart: ChartCoverage) -> Figures:
-    """Count what is covered of a chart."""
+    """Return the coverage figures of a chart."""
     shown = [shown_conditions(decision) for decision in chart.decisions]
     return Figures(
         _figure(chart.states),
@@ -80,7 +80,7 @@ def _figure(items: Sequence[Item]) -> Figure:
 
 
 def missing(chart: ChartCoverage) -> Iterator[tuple[str, str]]:
-    """Yield what is not covered: its place, and what it is."""
+    """Yield the location and description of each uncovered item."""
     for kind, items in (("state", chart.states), ("transition", chart.transitions)):
         for item in items:
             if not item.count:
@@ -99,7 +99,7 @@ def missing(chart: ChartCoverage) -> Iterator[tuple[str, str]]:
 
 
 def covered(chart: ChartCoverage) -> Iterator[str]:
-    """Yield what is covered, each with its place."""
+    """Yield the covered items with their locations."""
     for kind, items in (("state", chart.states), ("transition", chart.transitions)):
         yield from (f"{_at(item)}: {kind} {item.text}" for item in items if item.count)
     for decision in chart.decisions:

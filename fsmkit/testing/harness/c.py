@@ -26,7 +26,7 @@ OPTIONS = Options(extras=frozenset({"save"}))
 FLAGS = ("-std=c99", "-O0", "-w")
 FOLDER = Path(__file__).parent
 MOST_LEAVES = 0xFFFF
-"""Of a machine: so many can be counted."""
+"""Maximum number of counted calls of a machine."""
 SECONDS = 60
 """Scripts that take longer do not end."""
 END = "%"
@@ -149,7 +149,7 @@ def driver(names: Names) -> str:
 
 
 def _machine(out: Emitter, names: Names) -> None:
-    """Print a machine, after those in its slots, with its hooks and what it calls."""
+    """Print a machine, after those in its slots, with its hooks and operations."""
     for inside in names.invoked:
         _machine(out, inside)
     p = names.prefix

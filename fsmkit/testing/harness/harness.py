@@ -1,6 +1,6 @@
-"""Harnesses: every runtime under the same script, giving the same trace.
+"""Harnesses run every runtime by the same script and return its trace.
 
-The harness of a target of this package is the module of its name beside this one, found by looking.
+The harness of a target is the module of its name beside this one.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ INTERPRETER: Harness = _Interpreter()
 
 
 def can_stand_still(chart: Chart) -> bool:
-    """Whether a delay of 0 may be waited for: by a transition, or by what is sent."""
+    """Return whether a transition or a sent event may have a delay of 0."""
     sent = (s.delay for s in all_statements(chart) if isinstance(s, Send) and s.delay is not None)
     return any(t.has_timer and not t.delay for t in chart.transitions) or any(
         not (isinstance(delay, Literal) and delay.value) for delay in sent

@@ -1,4 +1,4 @@
-"""Generated machines under scripts, in Node: what the differential test compares."""
+"""Run generated JavaScript machines by scripts in Node, for the differential test."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ SECONDS = 300
 
 
 def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -> list[list[str]]:
-    """Run each machine by its script in one process of Node; return their traces.
+    """Run each machine by its script in one Node process; return their traces.
 
-    `FsmkitError` for a wrong line, a chart that is refused, or where there is no Node. A machine
-    without a trace runs beside each; where it does anything else the trace tells so.
+    A machine without a trace runs beside each; a difference is added to the trace. Raises
+    `FsmkitError` for an invalid line, a rejected chart, or without Node.
     """
     findings = Findings()
     for chart, _ in jobs:
@@ -67,7 +67,7 @@ def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]], *, safe: int = SAFE) -
 
 
 def _prepared(chart: Chart, script: Sequence[str], file: Path, safe: int) -> dict[str, object]:
-    """Write the module of a chart; return what the driver has to know to run it."""
+    """Write the module of a chart; return the arguments of the driver."""
     file.write_text(module_text(chart, saved=True, safe=safe), encoding="utf-8")
     printer = Printer({}, safe)
     operations = every_operation(chart)

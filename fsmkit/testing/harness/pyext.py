@@ -1,4 +1,4 @@
-"""Extension modules under a script: what the differential test compares."""
+"""Run extension modules by a script, for the differential test."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from fsmkit.codegen.pyext.wrapper import (
     python_part,
 )
 from fsmkit.runtime.script import script_texts
-from fsmkit.testing.harness.python import Driven, is_same
+from fsmkit.testing.harness.python import HarnessMachine, is_same
 
 QUICK = ("-O0",)
 NUMBERS = itertools.count()
-"""Of the modules that were built: Python knows an extension module by its name and its file."""
+"""Counter for module names: Python identifies an extension module by name and file."""
 
 
 def run_many(pairs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
-    """Build all charts in one run of the compiler and return the trace of each one's script.
+    """Build all charts in one run of the compiler; return the trace of each script.
 
-    A machine made without a trace runs beside each; where it does anything else the trace tells so.
+    A machine without a trace runs beside each; a difference is added to the trace. Raises
     `FsmkitError` for charts that cannot be expressed in C.
     """
     if not pairs:
@@ -73,10 +73,10 @@ def load_class(
 def load_classes(
     charts: Sequence[Chart], *, covered: bool, optimize: str = "", is_built: bool = True
 ) -> list[type[Any]]:
-    """Return the classes of several charts, built quickly and at once.
+    """Return the classes of several charts, built in one fast compilation.
 
-    ``optimize``: what the C is to be good at (`codegen.c.options`); without ``is_built`` all but
-    the compiling is done, for the errors of that.
+    ``optimize``: the aim of the C code (`codegen.c.options`). Without ``is_built``, do everything
+    but compile, to get its errors.
     """
     batch = next(NUMBERS)
     require_limits(charts)
@@ -88,15 +88,15 @@ def load_classes(
 
 
 def _play(chart: Chart, script: Sequence[str], classes: Sequence[type[Any]]) -> list[str]:
-    driven = [DrivenExtension(chart, classes[0], traced=True)]
-    driven.append(DrivenExtension(chart, classes[1], traced=False))
+    driven = [HarnessExtension(chart, classes[0], traced=True)]
+    driven.append(HarnessExtension(chart, classes[1], traced=False))
     for line in script_texts(script):
         is_same(driven, line)
     return driven[0].told
 
 
-class DrivenExtension(Driven):
-    """A machine whose data are told by itself, where it has a trace."""
+class HarnessExtension(HarnessMachine):
+    """A machine that prints its data itself, if it has a trace."""
 
     def dump(self) -> None:
         """Add the data to the trace, if there is one."""

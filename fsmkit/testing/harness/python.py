@@ -1,4 +1,4 @@
-"""A generated machine under a script: what the differential test compares."""
+"""Run a generated Python machine by a script, for the differential test."""
 
 from __future__ import annotations
 
@@ -62,22 +62,24 @@ def run_many(jobs: Sequence[tuple[Chart, Sequence[str]]]) -> list[list[str]]:
 
 
 def run(chart: Chart, script_lines: Sequence[str]) -> list[str]:
-    """Run a generated machine by a script and return its trace; `FsmkitError` for a wrong line.
+    """Run a generated machine by a script and return its trace.
 
-    A machine made without a trace runs beside it; where it does anything else the trace tells so.
+    A machine without a trace runs beside it; a difference is added to the trace. Raises
+    `FsmkitError` for an invalid line.
     """
     driven = [
-        Driven(chart, load_machine(chart, traced=traced), traced=traced) for traced in (True, False)
+        HarnessMachine(chart, load_machine(chart, traced=traced), traced=traced)
+        for traced in (True, False)
     ]
     for line in script_texts(script_lines):
         is_same(driven, line)
     return driven[0].told
 
 
-def is_same(driven: Sequence[Driven], line: Text) -> bool:
-    """Let machines do what a line of a script says; whether the second does as the first.
+def is_same(driven: Sequence[HarnessMachine], line: Text) -> bool:
+    """Execute a line on two machines; return whether both behave equally.
 
-    If not, the trace of the first tells so.
+    If not, the trace of the first one says so.
     """
     seen = [each.obey(line) for each in driven]
     if seen[0] != seen[1]:
@@ -85,7 +87,7 @@ def is_same(driven: Sequence[Driven], line: Text) -> bool:
     return bool(seen[0] == seen[1])
 
 
-class Driven:
+class HarnessMachine:
     """A machine with its host, under a script."""
 
     def __init__(
@@ -96,7 +98,7 @@ class Driven:
         traced: bool,
         host: Callable[[Member], MethodHost] = MethodHost,
     ) -> None:
-        """Make a machine with a host of its own; one that is ``traced`` fills `told`."""
+        """Create a machine with its own host; a ``traced`` one fills `told`."""
         self._chart = chart
         self.family = family_of(chart)
         self._host = host(self.family)
@@ -114,7 +116,7 @@ class Driven:
         return machine
 
     def _answer(self, event: int, is_handled: object) -> str:
-        """Return what came of an event that was dispatched, and the value of a reply or 0."""
+        """Return the outcome of a dispatched event, and the value of a reply or 0."""
         answer = ["answer", "handled" if is_handled else "ignored"]
         type_ = self._chart.events[event].reply
         if type_ is not None:
@@ -124,7 +126,7 @@ class Driven:
         return " ".join(answer)
 
     def coverage(self) -> bytes:
-        """Return what tests reached of all machines of the class, where it counts that."""
+        """Return the coverage of all machines of the class, if it counts."""
         return bytes(self._machine.coverage())
 
     def dump(self) -> None:
@@ -136,7 +138,7 @@ class Driven:
         return list(dump_lines(self.family, self._machine))
 
     def obey(self, line: Text) -> object:
-        """Do what a line says; return what can be seen of the machine then."""
+        """Execute a line; return the observable state of the machine."""
         machine, chart = self._machine, self._chart
         read = read_line(chart, line)
         event = chart.events[read.event.event].name, *read.event.payload
@@ -183,7 +185,7 @@ class Driven:
 
 
 def dump_lines(member: Member, machine: Any, before: str = "") -> Iterator[str]:
-    """Yield the values of data and outputs, then those of the invoked machines that run."""
+    """Yield the values of data and outputs, then those of the running invoked machines."""
     for variable in (*member.chart.data, *member.chart.outputs):
         value = getattr(machine, member.names.variables[variable.name])
         yield f"{before}d {variable.name} {shown(value)}"

@@ -8,7 +8,7 @@ import fsmkit
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.diagnostics.source import Source
 from fsmkit.editor.cursor.keys_at import slot_at
-from fsmkit.editor.formatting import formatted
+from fsmkit.editor.formatting import format_source
 from fsmkit.editor.schemas.models import deployment_schema
 from fsmkit.runtime.node import Node
 
@@ -78,6 +78,6 @@ RESULTS = {
     "keys": completed("links:\n  "),
     "words": completed("kind: "),
     "schema": [*deployment_schema()["properties"]["links"]["properties"]],
-    "formatted": formatted(TEXT, "deployment.yaml"),
+    "formatted": format_source(TEXT, "deployment.yaml"),
 }
 sys.stdout.write(json.dumps(RESULTS))

@@ -880,7 +880,8 @@ COMMANDS: dict[str, tuple[list[str], int, str, str]] = {
         "did you mean `safe`?",
     ),
     "a limit that is no time": (
-        ["check", "gate.yaml", "--timeout", "5x"], 2, "`5x` is no duration", "such as 30s or 10m",
+        ["check", "gate.yaml", "--timeout", "5x"], 2,
+        "`5x` is not a duration", "such as 30s or 10m",
     ),
     "a rule that is none": (
         ["check", "gate.yaml", "--error", "unraed-data"],

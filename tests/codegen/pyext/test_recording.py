@@ -17,7 +17,7 @@ from fsmkit.runtime.tracing.following import CompleteState, Divergence, Missing,
 from fsmkit.runtime.tracing.numbering import Numbering
 from fsmkit.runtime.tracing.records import Lost
 from fsmkit.runtime.tracing.stream import Stream
-from fsmkit.testing.harness.pyext import DrivenExtension, _load, load_class
+from fsmkit.testing.harness.pyext import HarnessExtension, _load, load_class
 from tests.codegen.c.recorded import by_interpreter, followed
 from tests.codegen.c.test_recording import LAMP, SCRIPT, SHOP, expressible, has_symbols
 from tests.codegen.python.test_recording import SHOP_SCRIPT
@@ -37,7 +37,7 @@ states:
 """
 
 
-class Recorded(DrivenExtension):
+class Recorded(HarnessExtension):
     """A machine that goes on where it is restored, as one in C does: its records are one trace."""
 
     _only: Any = None

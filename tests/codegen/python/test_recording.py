@@ -16,7 +16,7 @@ from fsmkit.codegen.python.loading import load_machine
 from fsmkit.runtime.interpreter.trace import active_leaves
 from fsmkit.runtime.script import run_script, script_texts
 from fsmkit.runtime.tracing.following import CompleteState, Divergence, Missing, ReplayedStep
-from fsmkit.testing.harness.python import Driven
+from fsmkit.testing.harness.python import HarnessMachine
 from tests.codegen.c.recorded import by_interpreter, followed, lines, recorded
 from tests.codegen.c.test_recording import LAMP, SCRIPT, SHOP, expressible, has_symbols, macrosteps
 
@@ -25,7 +25,7 @@ SHOP_SCRIPT = ["start 0", "post go", "run 1", "post order 3", "run 5", "run 400"
                "run 401"]  # fmt: skip
 
 
-class Recorded(Driven):
+class Recorded(HarnessMachine):
     """A machine that goes on where it is restored, as one in C does: its records are one trace."""
 
     _only: Any = None

@@ -9,8 +9,8 @@ import pytest
 
 from devtools.formatting import problem
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.editor.formatting import formatted
-from fsmkit.editor.formatting.spacing import spaced
+from fsmkit.editor.formatting import format_source
+from fsmkit.editor.formatting.spacing import normalize_spaces
 
 MACHINES = Path(__file__).parents[3] / "machines"
 SPOILT = """\
@@ -102,8 +102,8 @@ states:
 
 
 def test_comments_stay_with_what_they_stand_at() -> None:
-    assert formatted(SPOILT, "gate.yaml") == USUAL
-    assert formatted(USUAL, "gate.yaml") == USUAL
+    assert format_source(SPOILT, "gate.yaml") == USUAL
+    assert format_source(USUAL, "gate.yaml") == USUAL
 
 
 # expression: as it is usually spaced
@@ -135,8 +135,8 @@ SPACED = {
 
 @pytest.mark.parametrize("text", SPACED)
 def test_operators_have_blanks_around_them(text: str) -> None:
-    assert spaced(text) == SPACED[text]
-    assert spaced(SPACED[text]) == SPACED[text]
+    assert normalize_spaces(text) == SPACED[text]
+    assert normalize_spaces(SPACED[text]) == SPACED[text]
 
 
 LONG = "f(); " * 12 + "g()"
@@ -204,23 +204,23 @@ LAYOUTS = {
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_layouts(name: str) -> None:
     spoilt, usual = (f"chart: A\n\nstates:\n{text}" for text in LAYOUTS[name])
-    assert formatted(spoilt, "a.yaml") == usual
-    assert formatted(usual, "a.yaml") == usual
+    assert format_source(spoilt, "a.yaml") == usual
+    assert format_source(usual, "a.yaml") == usual
 
 
 def test_systems_and_deployments_have_their_own_order() -> None:
     system = "machines: {a: a.yaml}\nsystem: S\nproperties:\n  P: {never: a.x>1}\n"
     usual = "system: S\nmachines: {a: a.yaml}\n\nproperties:\n  P: {never: a.x > 1}\n"
-    assert formatted(system, "s.yaml") == usual
+    assert format_source(system, "s.yaml") == usual
     deployment = "nodes: {n: [a]}\nsystem: s.yaml\n"
-    assert formatted(deployment, "d.yaml") == "system: s.yaml\nnodes: {n: [a]}\n"
+    assert format_source(deployment, "d.yaml") == "system: s.yaml\nnodes: {n: [a]}\n"
 
 
 def test_other_files_line_ends_and_marks_are_left_alone() -> None:
-    assert formatted("services: {a:   1}\n", "compose.yaml") == "services: {a:   1}\n"
-    assert formatted("- a\n-   b\n", "list.yaml") == "- a\n-   b\n"
-    assert formatted("chart:   A\r\nstates: {a: {}}\r\n", "a.yaml").count("\r\n") == 2
-    assert formatted("---\nchart:   A\n", "a.yaml") == "---\nchart: A\n"
+    assert format_source("services: {a:   1}\n", "compose.yaml") == "services: {a:   1}\n"
+    assert format_source("- a\n-   b\n", "list.yaml") == "- a\n-   b\n"
+    assert format_source("chart:   A\r\nstates: {a: {}}\r\n", "a.yaml").count("\r\n") == 2
+    assert format_source("---\nchart:   A\n", "a.yaml") == "---\nchart: A\n"
 
 
 XML = """\
@@ -266,14 +266,14 @@ XML_USUAL = """\
 
 
 def test_xml_has_two_blanks_for_a_level_and_keeps_texts() -> None:
-    assert formatted(XML, "a.scxml") == XML_USUAL
-    assert formatted(XML_USUAL, "a.scxml") == XML_USUAL
+    assert format_source(XML, "a.scxml") == XML_USUAL
+    assert format_source(XML_USUAL, "a.scxml") == XML_USUAL
 
 
 def test_foreign_expressions_are_left_alone() -> None:
     text = '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">\n'
     text += '  <state id="a">\n    <transition cond="/a+b/.test(x)"/>\n  </state>\n</scxml>\n'
-    assert formatted(text, "a.scxml") == text
+    assert format_source(text, "a.scxml") == text
 
 
 @pytest.mark.parametrize(
@@ -281,20 +281,20 @@ def test_foreign_expressions_are_left_alone() -> None:
 )
 def test_unreadable_yaml_is_an_error(text: str) -> None:
     with pytest.raises(FsmkitError):
-        formatted(text, "a.yaml")
+        format_source(text, "a.yaml")
 
 
 @pytest.mark.parametrize("text", ["<scxml>", "", "<scxml/><scxml/>"])
 def test_unreadable_xml_is_an_error(text: str) -> None:
     with pytest.raises(FsmkitError):
-        formatted(text, "a.scxml")
+        format_source(text, "a.scxml")
 
 
 @pytest.mark.parametrize("name", ["feeder.yaml", "module.scxml", "cell.yaml", "deployment.yaml"])
 def test_files_of_the_cell_change_once(name: str) -> None:
     before = (MACHINES / "production_cell" / name).read_text(encoding="utf-8")
-    after = formatted(before, name)
-    assert formatted(after, name) == after
+    after = format_source(before, name)
+    assert format_source(after, name) == after
     marks = [Counter(text.split())["#"] for text in (before, after)]
     assert marks[0] == marks[1]
 

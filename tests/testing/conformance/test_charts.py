@@ -107,7 +107,7 @@ def test_the_verb_tells_how_far(folder: Path, capsys: pytest.CaptureFixture[str]
     assert lines[6] == ("charts: 5 files, 4 read, 3 charts, 3 compiled, 2 compiled without warning")
     assert lines[7:] == [
         "meaning kept: 3 of 5 files; 0 places are an error at run time",
-        "    2 files     2 places  the file is no chart",
+        "    2 files     2 places  the file is not a chart",
     ]
     assert execute(["conformance", str(folder), "--json"]) == 1
     document = json.loads(capsys.readouterr().out)

@@ -17,7 +17,7 @@ from fsmkit.testing.conformance.expectations import (
     ends_in,
     ends_in_pass,
     faults,
-    follows,
+    follow_script,
     nearest_is_parallel,
 )
 from fsmkit.testing.conformance.suites import find_cases, w3c_cases
@@ -218,4 +218,4 @@ def test_a_folder_without_tests_is_a_diagnostic(
     assert execute(["conformance", str(tmp_path / "nowhere")]) == 1
     assert "FK0588" in capsys.readouterr().err
     assert not list(w3c_cases(tmp_path))
-    assert callable(follows({"initialConfiguration": [], "events": []}))
+    assert callable(follow_script({"initialConfiguration": [], "events": []}))

@@ -60,7 +60,7 @@ def test_clauses_are_in_order_and_reasons_told_once() -> None:
 def test_charts_are_counted() -> None:
     readings = [
         Reading("a.scxml", Stage.COMPILED, 0, ""),
-        Reading("b.scxml", Stage.CHART, 3, "FK0400 x: y", replaced=("other", "other")),
+        Reading("b.scxml", Stage.CHART, 3, "FK0400 x: y", replacement_causes=("other", "other")),
         Reading("pom.xml", Stage.NOWHERE, 0, "not-scxml", is_chart=False),
     ]
     lines = page([], readings)

@@ -29,7 +29,7 @@ from fsmkit.chart.drawing.states.labels import (
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Kind, Origin, Trigger
 from fsmkit.emit import notating
-from fsmkit.emit.dot import escaped, font, left, quoted, statement, titled
+from fsmkit.emit.dot import escaped, font, label_with_title, left, quoted, statement
 
 FONT = "Helvetica,Arial,sans-serif"
 TITLE, NAME, SMALL = 16, 12, 10
@@ -205,7 +205,7 @@ class Drawer:
         above = [cell for kind, cell in points if kind == "entry"]
         below = [cell for kind, cell in points if kind == "exit"]
         room = BELOW_BORDER if self._is_cluster(state.index) else 0
-        return titled(title, cells, align, above=above, below=below, room=room)
+        return label_with_title(title, cells, align, above=above, below=below, room=room)
 
     def _point(self, point: State) -> tuple[str, tuple[str, dict[str, str]]]:
         """Return the kind of a point of a folded copy, and its cell, where arrows end."""

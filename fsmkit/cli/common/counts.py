@@ -1,4 +1,4 @@
-"""What ``check`` prints of files that are read but not explored: how much they hold."""
+"""The output of ``check`` for files that are read but not explored: counts of their items."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.diagnostics.as_json import as_json as data_of
 
 
 @dataclass(frozen=True, slots=True)
-class Counted:
+class CountedFile:
     """A file, the name of that in it, and how many parts of each kind it has."""
 
     file: Path
@@ -20,15 +20,15 @@ class Counted:
     figures: Mapping[str, int]
 
 
-def print_counted(
-    files: Sequence[Counted], kind: str, of: str, findings: Findings, *, as_json: bool
+def print_counts(
+    files: Sequence[CountedFile], kind: str, of: str, findings: Findings, *, as_json: bool
 ) -> int:
-    """Report the findings, print a line for each file, and return the exit code, 0.
+    """Report the findings, print a line for each file, and return the exit code 0.
 
     Args:
-        files: What was read.
+        files: The files and their counts.
         kind: The key of the list in the JSON document: ``boards``, ``bindings``.
-        of: The key of the name of each.
+        of: The key of each file's name.
         findings: Warnings and notes.
         as_json: Whether one JSON document is printed instead of lines.
 

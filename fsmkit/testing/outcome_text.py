@@ -1,4 +1,4 @@
-"""Outcomes of cases in words: findings at the lines of the test, and what happened until there."""
+"""Report outcomes of cases: findings at the lines of the test, and the preceding steps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def failure_findings(outcome: Outcome) -> Iterable[Diagnostic]:
 
 
 def story(suite: Suite, outcome: Outcome) -> Iterator[Text]:
-    """Yield what happened before a failure, the last macrosteps of it."""
+    """Yield the last macrosteps before a failure."""
     charts = {machine.name: machine.chart for machine in suite.system.machines}
     happened = outcome.happened[-MOST_STEPS:]
     if len(happened) < len(outcome.happened):
