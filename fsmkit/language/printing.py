@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
@@ -82,91 +81,61 @@ Printed = TypeVar("Printed")
 """A printed expression: its text, and what the language has to know to use it as an operand."""
 
 
-class Walk(ABC, Generic[Printed]):
-    """Prints expressions: one method for each class of node, which a language implements."""
+class Walk(Generic[Printed]):
+    """Prints expressions: a language implements the methods of `HOOKS` for what it can express."""
 
     def fragment(self, expr: tree.Expr) -> Printed:
         """Return an expression as an operand of others."""
-        found: Printed = getattr(self, HOOKS[expr.__class__])(expr)
+        found: Printed = getattr(self, HOOKS[expr.__class__], self.rejected)(expr)
         return found
+
+    def rejected(self, expr: tree.Expr) -> Printed:
+        """Print a node for which the language has no method: an error by default."""
+        raise AssertionError(expr)
 
     def watched(self, expr: tree.Watched | tree.Decided) -> Printed:
         """Print a counted condition, or a counted guard; by default it is not counted."""
         return self.fragment(expr.operand)
 
-    @abstractmethod
-    def literal(self, expr: tree.Literal) -> Printed:
-        """Print a constant."""
 
-    @abstractmethod
-    def variable(self, expr: tree.Variable) -> Printed:
-        """Print a variable."""
-
-    @abstractmethod
-    def event_field(self, expr: tree.EventField) -> Printed:
-        """Print a field of the current event's payload."""
-
-    @abstractmethod
-    def event_name(self, expr: tree.EventName) -> Printed:
-        """Print the name of the current event, or its type (`EventType`)."""
-
-    @abstractmethod
-    def in_state(self, expr: tree.InState) -> Printed:
-        """Print a state test."""
-
-    @abstractmethod
-    def prefixed(self, expr: tree.Unary) -> Printed:
-        """Print an operator of one operand."""
-
-    @abstractmethod
-    def infix(self, expr: tree.Binary) -> Printed:
-        """Print an operator of two operands."""
-
-    @abstractmethod
-    def conditional(self, expr: tree.Conditional) -> Printed:
-        """Print a choice of two values."""
-
-    @abstractmethod
-    def element(self, expr: tree.Element) -> Printed:
-        """Print an element of an array."""
-
-    @abstractmethod
-    def member(self, expr: tree.Member) -> Printed:
-        """Print a field of a record."""
-
-    @abstractmethod
-    def apply(self, expr: tree.Apply) -> Printed:
-        """Print ``min``, ``max`` or ``abs``."""
-
-    @abstractmethod
-    def call(self, expr: tree.Call) -> Printed:
-        """Print a call of an operation."""
-
-    @abstractmethod
-    def call_function(self, expr: tree.CallFunction) -> Printed:
-        """Print a call of a function of the chart."""
-
-    @abstractmethod
-    def checked(self, expr: tree.Checked) -> Printed:
-        """Print a number as a value of a type that may lack it."""
-
-    @abstractmethod
-    def convert(self, expr: tree.Convert) -> Printed:
-        """Print a value converted to a type."""
-
-    @abstractmethod
-    def invalid(self, expr: tree.Invalid) -> Printed:
-        """Print an expression that cannot be evaluated."""
+CHOICE, TEST, COMPARISON, SUM, PRODUCT, PREFIX = 1, 7, 8, 10, 11, 13
+"""How tightly operators of C bind (C99 6.5)."""
+C_UNARY = {
+    tree.UnaryOp.NOT: prefix("!", PREFIX, PREFIX),
+    tree.UnaryOp.NEGATE: prefix("-", PREFIX, ATOM),
+    tree.UnaryOp.INVERT: prefix("~", PREFIX, ATOM),
+}
+C_BINARY = {
+    tree.BinaryOp.OR: Operator("||", 2, TEST, TEST),
+    tree.BinaryOp.AND: Operator("&&", 3, TEST, TEST),
+    tree.BinaryOp.BIT_OR: Operator("|", 4, PREFIX, PREFIX),
+    tree.BinaryOp.BIT_XOR: Operator("^", 5, PREFIX, PREFIX),
+    tree.BinaryOp.BIT_AND: Operator("&", 6, PREFIX, PREFIX),
+    tree.BinaryOp.EQ: Operator("==", TEST, SUM, SUM),
+    tree.BinaryOp.NE: Operator("!=", TEST, SUM, SUM),
+    tree.BinaryOp.LT: Operator("<", COMPARISON, SUM, SUM),
+    tree.BinaryOp.LE: Operator("<=", COMPARISON, SUM, SUM),
+    tree.BinaryOp.GT: Operator(">", COMPARISON, SUM, SUM),
+    tree.BinaryOp.GE: Operator(">=", COMPARISON, SUM, SUM),
+    tree.BinaryOp.SHIFT_LEFT: Operator("<<", 9, PREFIX, PREFIX),
+    tree.BinaryOp.SHIFT_RIGHT: Operator(">>", 9, PREFIX, PREFIX),
+    tree.BinaryOp.ADD: left_assoc("+", SUM),
+    tree.BinaryOp.SUB: left_assoc("-", SUM),
+    tree.BinaryOp.MUL: left_assoc("*", PRODUCT),
+    tree.BinaryOp.DIV: left_assoc("/", PRODUCT),
+    tree.BinaryOp.REM: left_assoc("%", PRODUCT),
+}
+"""Operators of C, and of notations after it, with the parentheses that compilers recommend."""
 
 
 class ExprPrinter(Walk[Fragment]):
-    """Prints expressions of a language that has the operators of the tables.
+    """Prints expressions of a language that has the operators of the tables, by default C's.
 
     Override `prefixed` or `infix` where an operator has another meaning for some types.
     """
 
-    unary: ClassVar[Mapping[tree.UnaryOp, Operator]]
-    binary: ClassVar[Mapping[tree.BinaryOp, Operator]]
+    unary: ClassVar[Mapping[tree.UnaryOp, Operator]] = C_UNARY
+    binary: ClassVar[Mapping[tree.BinaryOp, Operator]] = C_BINARY
 
     def print(self, expr: tree.Expr) -> str:
         """Return an expression as text of the language."""
@@ -196,3 +165,9 @@ class ExprPrinter(Walk[Fragment]):
     def member(self, expr: tree.Member) -> Fragment:
         """Print a field of a record."""
         return Fragment(f"{self.fragment(expr.record).at_least(ATOM)}.{expr.name}")
+
+    def conditional(self, expr: tree.Conditional) -> Fragment:
+        """Print a choice of two values."""
+        parts = (expr.test, expr.then, expr.otherwise)
+        test, then, otherwise = (self.fragment(part).at_least(CHOICE + 1) for part in parts)
+        return Fragment(f"{test} ? {then} : {otherwise}", CHOICE)

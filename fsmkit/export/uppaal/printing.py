@@ -8,9 +8,7 @@ from typing import ClassVar
 import fsmkit.language as lang
 from fsmkit.export.uppaal.terms import negation, range_of, require_small, unsupported
 from fsmkit.language.conversion import bounds
-from fsmkit.language.printing import left_assoc, non_assoc, prefix
-
-CHOICE, COMPARED, SUM, PRODUCT, PREFIX = 1, 8, 10, 11, 13
+from fsmkit.language.printing import ATOM, C_BINARY, CHOICE, PREFIX, PRODUCT, SUM, left_assoc
 
 BITWISE = frozenset(
     {
@@ -29,29 +27,9 @@ Access = Callable[[str, lang.Variable], lang.Fragment]
 class Printer(lang.ExprPrinter):
     """Prints with the given names; ``constants`` names members of enumerations."""
 
-    unary: ClassVar[Mapping[lang.UnaryOp, lang.Operator]] = {
-        lang.UnaryOp.NOT: prefix("!", PREFIX, PREFIX),
-        lang.UnaryOp.NEGATE: prefix("-", PREFIX, PREFIX + 1),
-    }
-    binary: ClassVar[Mapping[lang.BinaryOp, lang.Operator]] = {
+    binary: ClassVar[Mapping[lang.BinaryOp, lang.Operator]] = C_BINARY | {
         lang.BinaryOp.OR: left_assoc("||", 2),
         lang.BinaryOp.AND: left_assoc("&&", 3),
-        lang.BinaryOp.BIT_OR: left_assoc("|", 4),
-        lang.BinaryOp.BIT_XOR: left_assoc("^", 5),
-        lang.BinaryOp.BIT_AND: left_assoc("&", 6),
-        lang.BinaryOp.EQ: non_assoc("==", 7),
-        lang.BinaryOp.NE: non_assoc("!=", 7),
-        lang.BinaryOp.LT: non_assoc("<", COMPARED),
-        lang.BinaryOp.LE: non_assoc("<=", COMPARED),
-        lang.BinaryOp.GT: non_assoc(">", COMPARED),
-        lang.BinaryOp.GE: non_assoc(">=", COMPARED),
-        lang.BinaryOp.SHIFT_LEFT: non_assoc("<<", 9),
-        lang.BinaryOp.SHIFT_RIGHT: non_assoc(">>", 9),
-        lang.BinaryOp.ADD: left_assoc("+", SUM),
-        lang.BinaryOp.SUB: left_assoc("-", SUM),
-        lang.BinaryOp.MUL: left_assoc("*", PRODUCT),
-        lang.BinaryOp.DIV: left_assoc("/", PRODUCT),
-        lang.BinaryOp.REM: left_assoc("%", PRODUCT),
     }
 
     def __init__(
@@ -97,7 +75,7 @@ class Printer(lang.ExprPrinter):
                 return lang.Fragment(str(self._symbol(value)))
             case _, int(value):
                 range_of(expr)
-                return lang.Fragment(str(value), PREFIX if value < 0 else 100)
+                return lang.Fragment(str(value), PREFIX if value < 0 else ATOM)
             case _:
                 raise unsupported(
                     f"a constant of type `{expr.type}` is not supported", expr.span, "use a number"
@@ -122,7 +100,7 @@ class Printer(lang.ExprPrinter):
     def prefixed(self, expr: lang.Unary) -> lang.Fragment:
         """Print an operator of one operand; UPPAAL has no complement."""
         if expr.op is lang.UnaryOp.INVERT:
-            inner = self.fragment(expr.operand).at_least(PREFIX + 1)
+            inner = self.fragment(expr.operand).at_least(ATOM)
             return self._reduced(lang.Fragment(f"-{inner} - 1", SUM), expr)
         return self._reduced(super().prefixed(expr), expr)
 
@@ -172,18 +150,12 @@ class Printer(lang.ExprPrinter):
             return lang.Fragment(rest, PRODUCT)
         return lang.Fragment(f"{rest} - {-lo}" if lo < 0 else f"{rest} + {lo}", SUM)
 
-    def conditional(self, expr: lang.Conditional) -> lang.Fragment:
-        """Print a choice as C does."""
-        parts = [self.fragment(e).at_least(CHOICE + 1) for e in (expr.test, expr.then)]
-        other = self.fragment(expr.otherwise).at_least(CHOICE + 1)
-        return lang.Fragment(f"{parts[0]} ? {parts[1]} : {other}", CHOICE)
-
     def apply(self, expr: lang.Apply) -> lang.Fragment:
         """Print a function of the language by choices, which every tool supports."""
         range_of(expr)
         texts = [self.fragment(argument).at_least(9) for argument in expr.arguments]
         if expr.function is lang.Function.ABS:
-            tight = self.fragment(expr.arguments[0]).at_least(PREFIX + 1)
+            tight = self.fragment(expr.arguments[0]).at_least(ATOM)
             return lang.Fragment(f"{texts[0]} < 0 ? -{tight} : {texts[0]}", CHOICE)
         sign = "<=" if expr.function is lang.Function.MIN else ">="
         text = texts[0]
@@ -218,31 +190,20 @@ class Printer(lang.ExprPrinter):
         assert self._test is not None, expr  # noqa: S101  (bound while recording)
         return self._test(expr)
 
-    def event_field(self, expr: lang.EventField) -> lang.Fragment:
-        """Unreachable: bound while recording."""
-        raise unsupported("there is no current event here", expr.span, "remove it")
-
-    def event_name(self, expr: lang.EventName) -> lang.Fragment:
-        """Unreachable: bound while recording."""
-        raise unsupported("there is no current event here", expr.span, "remove it")
-
-    def call(self, expr: lang.Call) -> lang.Fragment:
-        """Unreachable: bound while recording."""
-        raise unsupported(
-            f"`{expr.operation}` cannot be called here", expr.span, "call it elsewhere"
-        )
-
-    def call_function(self, expr: lang.CallFunction) -> lang.Fragment:
-        """Reject a function: its body has statements."""
-        advice = "write what it computes here, or declare an operation"
-        raise unsupported(
-            f"the function `{expr.function.name}` is not translated", expr.span, advice
-        )
-
-    def checked(self, expr: lang.Checked) -> lang.Fragment:
-        """Reject a conversion that can fail."""
-        raise unsupported("this conversion is not translated", expr.span, "compare with each value")
-
-    def invalid(self, expr: lang.Invalid) -> lang.Fragment:
-        """Reject an expression that cannot be evaluated."""
-        raise unsupported(expr.reason, expr.span, "write what can be evaluated")
+    def rejected(self, expr: lang.Expr) -> lang.Fragment:
+        """Reject an expression that UPPAAL cannot evaluate, or that was bound while recording."""
+        advice = "remove it"
+        match expr:
+            case lang.Call(operation):
+                message, advice = f"`{operation}` cannot be called here", "call it elsewhere"
+            case lang.CallFunction(function):
+                message = f"the function `{function.name}` is not translated"
+                advice = "write what it computes here, or declare an operation"
+            case lang.Checked():
+                message = "this conversion is not translated"
+                advice = "compare with each value"
+            case lang.Invalid(reason):
+                message, advice = reason, "write what can be evaluated"
+            case _:
+                message = "there is no current event here"
+        raise unsupported(message, expr.span, advice)

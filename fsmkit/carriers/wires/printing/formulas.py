@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from fsmkit.carriers.wires.board import (
     Bit,
     Cases,
@@ -16,21 +18,20 @@ from fsmkit.carriers.wires.board import (
     Wire,
 )
 from fsmkit.carriers.wires.printing.names import BoardNames
-from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
-from fsmkit.codegen.c.expressions.types import enumeration_of
+from fsmkit.codegen.c.expressions.types import enumeration_of, integer
 from fsmkit.emit import Identifier, plain
 from fsmkit.language import (
     Binary,
     BinaryOp,
     BoolType,
-    Conditional,
     Convert,
-    Expr,
+    ExprPrinter,
+    Fragment,
     Literal,
-    Unary,
-    UnaryOp,
     Variable,
 )
+from fsmkit.language.printing import ATOM, PREFIX
+from fsmkit.plan.values import known_outcome
 from fsmkit.system.conditions import variables_of
 from fsmkit.system.machine import port_fields
 from fsmkit.system.properties.condition import Atom
@@ -77,33 +78,10 @@ class FormulaPrinter:
 
     def formula(self, formula: Formula, *, is_inner: bool = False) -> str:
         """Return an expression."""
-        return self._text(formula.expression, formula, is_inner=is_inner)
+        return _Expressions(self, formula).fragment(formula.expression).at_least(PREFIX * is_inner)
 
-    def _text(self, expr: Expr, formula: Formula, *, is_inner: bool = True) -> str:
-        match expr:
-            case Literal(value):
-                return _literal(value)
-            case Variable(name):
-                return self._meaning(formula.meanings[name], expr)
-            case Convert(operand):
-                return self._text(operand, formula, is_inner=is_inner)
-            case Unary(op, operand):
-                inner = self._text(operand, formula)
-                text = f"!{inner}" if op is UnaryOp.NOT else f"-{inner}"
-                return f"({text})" if is_inner and op is not UnaryOp.NOT else text
-            case Binary(op, left, right):
-                if (known := _known(expr)) is not None:
-                    return _literal(known)  # compilers have something to say to such a test
-                sign = "!=" if op is BinaryOp.NE else op.value
-                text = f"{self._text(left, formula)} {sign} {self._text(right, formula)}"
-            case Conditional(test, then, otherwise):
-                a, b, c = (self._text(part, formula) for part in (test, then, otherwise))
-                text = f"{a} ? {b} : {c}"
-            case _:
-                raise AssertionError(expr)
-        return f"({text})" if is_inner else text
-
-    def _meaning(self, meaning: Meaning, variable: Variable) -> str:
+    def meaning(self, meaning: Meaning, variable: Variable) -> str:
+        """Return the C text of the wire, notice, parameter or atom that a variable means."""
         match meaning:
             case Wire(signal):
                 return self.names.value(signal)
@@ -128,13 +106,37 @@ class FormulaPrinter:
                 return text
 
 
-def _known(expr: Binary) -> bool | None:
-    """Return the value of a test that has always the same one."""
-    if expr.op in (BinaryOp.AND, BinaryOp.OR):
-        return joint_outcome(expr)
-    if expr.left == expr.right and isinstance(expr.type, BoolType):
-        return expr.op in (BinaryOp.EQ, BinaryOp.LE, BinaryOp.GE)
-    return outcome(expr) if isinstance(expr.type, BoolType) else None
+@dataclass(frozen=True, slots=True)
+class _Expressions(ExprPrinter):
+    """Prints the expression of a value, with the names of its printer."""
+
+    printer: FormulaPrinter
+    formula: Formula
+
+    def literal(self, expr: Literal) -> Fragment:
+        """Print a constant."""
+        if isinstance(expr.value, bool):
+            return Fragment("true" if expr.value else "false")
+        assert isinstance(expr.value, int)  # noqa: S101  (of numbers, bits and enumerations)
+        text = integer(expr.value, "int32_t")
+        return Fragment(text, PREFIX if text.startswith("-") else ATOM)
+
+    def variable(self, expr: Variable) -> Fragment:
+        """Print a wire, a notice, a parameter or a part of a machine."""
+        return Fragment(self.printer.meaning(self.formula.meanings[expr.name], expr))
+
+    def convert(self, expr: Convert) -> Fragment:
+        """Print what is converted: all numbers have one type."""
+        return self.fragment(expr.operand)
+
+    def infix(self, expr: Binary) -> Fragment:
+        """Print an operator; tests that always end alike are constants: compilers warn of them."""
+        known = known_outcome(expr)
+        if expr.left == expr.right and expr.op in (BinaryOp.EQ, BinaryOp.NE):  # of truth values
+            known = expr.op is BinaryOp.EQ
+        if known is not None:
+            return Fragment("true" if known else "false")
+        return ExprPrinter.infix(self, expr)
 
 
 def invalid(names: BoardNames, signal: int) -> str:
@@ -153,12 +155,3 @@ def notice(names: BoardNames, device: int, bit: int) -> str:
 def plain_name(name: str) -> Identifier:
     """Return a name that was read as an identifier."""
     return Identifier(plain(name))
-
-
-def _literal(value: object) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    assert isinstance(value, int)  # noqa: S101  (of numbers, bits and enumerations)
-    if value == -(2**31):
-        return "INT32_MIN"
-    return str(value) if value >= 0 else f"({value})"
