@@ -63,6 +63,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.stash[LEFT_OUT] = [f"{len(left_out)} tests left out: {'; '.join(sorted(reasons))}"]
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if not _unmet(item)]
+    if "PYTEST_XDIST_WORKER" in os.environ:  # a long test at the end keeps one worker busy alone
+        slow = {item.path for item in items if item.get_closest_marker("slow")}
+        items.sort(key=lambda item: item.path not in slow)
 
 
 def pytest_collection_finish() -> None:

@@ -39,6 +39,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
+def with_core(folder: Path, cache_of_session: Path) -> None:
+    """Put the core of the explorer into the folder, if other tests have compiled it."""
+    folder.mkdir(mode=0o700, parents=True)
+    for core in (cache_of_session / "fsmkit" / "explorer").glob("core-*"):
+        shutil.copytree(core, folder / core.name)
+
+
+@pytest.fixture
 def hold() -> Iterator[ExitStack]:
     with ExitStack() as held:
         yield held
@@ -239,6 +247,7 @@ def rules_of(load: Load) -> list[str]:
 @pytest.mark.slow
 @pytest.mark.cc
 @needs_c
+@pytest.mark.usefixtures("with_core")
 def test_a_check_does_not_execute_what_another_put_there(
     load: Load, folder: Path, tmp_path: Path
 ) -> None:
@@ -259,7 +268,7 @@ def test_a_check_does_not_execute_what_another_put_there(
 
 @pytest.mark.cc
 @needs_c
-@pytest.mark.usefixtures("folder")
+@pytest.mark.usefixtures("with_core")
 def test_a_check_goes_on_where_nothing_can_be_kept(
     load: Load, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -280,6 +289,7 @@ def test_a_check_goes_on_where_nothing_can_be_kept(
 @pytest.mark.slow
 @pytest.mark.cc
 @needs_c
+@pytest.mark.usefixtures("with_core")
 def test_two_at_once_make_one(load: Load, folder: Path) -> None:
     system = load(**SYSTEMS["drive"])
     found: list[int] = []

@@ -74,7 +74,7 @@ def test_loss_is_told_once_and_decides_nothing(load: Load, engine: str) -> None:
     report = presses(load, ExplorationOptions(engine, max_pending=UNLIMITED))
     (result,) = (r for r in report.results if r.name == "P")
     assert (result.verdict, result.trace is not None) == (Verdict.UNDECIDED, True)
-    assert "lost" in result.reason
+    assert "loses" in result.reason
     assert told(report) == ["events to `lamp` are lost if more than 3 arrive at once"]
     assert not any(r.name == "lamp.overflow" for r in report.results)
     assert document(report)["max_pending"] is None
