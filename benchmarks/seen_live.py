@@ -55,7 +55,7 @@ class Recorded:
         thread.start()
         drive.has_begun.wait()
         charts = {machine.name: machine.chart for machine in self.cell.system.machines}
-        drive.ask(Occurrence(charts["panel"].event_index["by_rule"], ()))
+        drive.request(Occurrence(charts["panel"].event_index["by_rule"], ()))
         drive.go_on(0)
         self.entries: dict[str, list[Entry]] = defaultdict(list)
         self.samples: list[Mapping[str, float]] = []

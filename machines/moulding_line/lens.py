@@ -1,6 +1,6 @@
-"""The program that sees blocks: DDS by the names of ROS 2, and nothing of fsmkit.
+"""The camera program of the line: DDS with the names of ROS 2, without fsmkit.
 
-It answers each `look` 20 to 40 ms later with a quality, and loses a share of what comes and goes.
+It answers each `look` 20 to 40 ms later with a quality, and loses a share of all messages.
 """
 
 # mypy: disable-error-code="misc, call-arg"

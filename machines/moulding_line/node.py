@@ -1,8 +1,8 @@
-"""A node of the line: its machines, its link, and a record of all that changes in them.
+"""A node of the line: its machines, its link, and a record of their changes.
 
 ``python -m machines.moulding_line.node press --seconds 600 --record press.jsonl``. A line of the
-record is a machine after a cycle in which it changed: the time (ns, CLOCK_MONOTONIC), its
-active states, its data and its inputs.
+record is a machine after a cycle in which it changed: the time (ns, CLOCK_MONOTONIC), its active
+states, its data and its inputs.
 """
 
 from __future__ import annotations

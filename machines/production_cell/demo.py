@@ -44,7 +44,7 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 100)
 
 @dataclass
 class Summary:
-    """What was shown: for each line what, whether it holds, and figures."""
+    """The results of the demo: a title for each line, whether it holds, and figures."""
 
     rows: list[tuple[str, str, str]] = field(default_factory=list)
 
@@ -69,7 +69,7 @@ def main() -> int:
     steps: tuple[tuple[str, Callable[[Summary], None]], ...] = (
         ("Compile the three charts to C and Python", compile_charts),
         (f"Run feeder and molder for {SECONDS} simulated seconds, in C and in Python", run_loops),
-        ("Explore each chart alone: can it get stuck, whatever comes from outside?", check_charts),
+        ("Explore each chart alone: can it get stuck in any environment?", check_charts),
         ("Explore the cell: feeder, molder and plant, with all their interleavings", check_cell),
         ("Put mistakes in, and see that they are found", check_defects),
         ("Draw the charts", draw),
@@ -186,7 +186,7 @@ def timed(command: list[str], environment: Mapping[str, str] | None = None) -> t
 
 
 def check_charts(summary: Summary) -> None:
-    """Explore each chart with everything coming from outside at any time."""
+    """Explore each chart in an unrestricted environment."""
     what = "no chart alone gets stuck"
     if compiler() is None:
         summary.miss(what, "no C compiler, and in Python it takes too long")
@@ -310,7 +310,7 @@ def verdicts(report: fsmkit.Report, *names: str) -> Iterator[str]:
 
 
 def is_holding(report: fsmkit.Report, name: str) -> bool:
-    """Tell whether a property holds."""
+    """Whether a property holds."""
     return any(r.name == name and r.verdict is fsmkit.Verdict.HOLDS for r in report.results)
 
 

@@ -1,9 +1,8 @@
-"""Runs each named fault with several seeds: whether it has its effect in time.
+"""Run each named fault with several seeds, and check that its effect is in time.
 
-``python -m machines.production_cell.seeds --seeds 10``. A fault that waits for no state
-begins after 12 s, when the cell produces. The effect is the first fault of a machine; of lost
-frames it is that the boards count them, whenever in the run. Exit code 1: a fault had none, or had
-it too late.
+``python -m machines.production_cell.seeds --seeds 10``. A fault without a state starts after 12 s,
+when the cell produces. The effect is the first fault of a machine; for lost frames it is that the
+boards count them, at any time in the run. Exit code 1: a fault had no effect, or too late.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import click
 import yaml
 
 from .simulation import recording
-from .simulation.__main__ import OUT, errors_told, stay_on_one_core
+from .simulation.__main__ import OUT, reported_errors, stay_on_one_core
 from .simulation.effects import effects, losses
 from .simulation.faults import BY_NAME, DEFAULTS
 from .simulation.options import Options, prepare
@@ -66,7 +65,7 @@ def main(seeds: int, within: float, names: tuple[str, ...], out: Path) -> None:
     out = out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     is_missed = False
-    with errors_told():
+    with reported_errors():
         stay_on_one_core()
         for name in names or DEFAULTS:
             found = [after(out, name, seed, within) for seed in range(1, seeds + 1)]

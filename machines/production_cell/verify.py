@@ -1,8 +1,8 @@
-"""The Production Cell proved: every system, every property, every seeded defect.
+"""Verify the Production Cell: every system, every property, every seeded defect.
 
-``make verify`` runs it. Two kinds of runs: *proofs*, in which every property of a system must
-hold, and *mutants*, charts with one mistake, of which one property each must be violated (and of
-which one is none: it must hold). Exit code 0: every verdict is as expected; 1: one is not.
+``make verify`` runs it. There are two kinds of runs. In *proofs* every property of a system must
+hold. *Mutants* are charts with one mistake, each of which must violate one property; one mutant is
+equivalent, and must hold. Exit code 0: every verdict is as expected; 1: one is not.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ MEANINGS = {
     "P8": "no magnet lets a block go elsewhere than over its belt",
     "P9": "no block is lost or doubled; no handshake overruns; nothing fails by itself",
     "P10": "an emergency stop takes the power from every motor; nothing moves without",
-    "P11": "a pause is heard by whoever works, in whatever it does",
+    "P11": "every working machine handles a pause in every state",
     "P12": "the mould is hot while it molds",
     "P13": "the mould is hot only while it molds and while it warms up",
     "P14": "no block is done before it was heated for a second",
@@ -46,21 +46,21 @@ MEANINGS = {
     "P18": "the lamp is lit only while the belt works, stands still, and its slot is not lent",
     "Q1": "a block that was judged bad never reaches the end of the extraction belt",
     "Q2": "no verdict comes later than the sorter waits for it",
-    "Q3": "where an estimate tells the sorter, no block that was judged good is pushed out",
-    "Q4": "production begins with no verdict awaited and no block that will not be judged",
+    "Q3": "where an estimate informs the sorter, no block that was judged good is pushed out",
+    "Q4": "production starts with no verdict awaited and no block that will not be judged",
     "Q5": "once a verdict that was late has come, the next one counts",
     "Q6": "a block that was pushed out is one less in the ring",
     "Q7": "the sorter lets only a block pass that was judged good",
     "Q8": "each block that leaves the view of the camera has one verdict, its own",
-    "H1": "no slot is lent in vain: grant and `placed` are heard, whatever is paused, stopped",
+    "H1": "no slot is lent in vain: grant and `placed` are handled, whatever is paused, stopped",
     "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
     "H3": "who says that it has homed is at home",
     "H4": "an axis drives to a position only after it has found its limit switch under power",
-    "R1": "a stage of homing begins when the one before is ready, production when all are",
+    "R1": "a stage of homing starts when the one before is ready, production when all are",
     "R2": "the supervisor waits for no module in vain",
-    "R3": "a reset is heard",
+    "R3": "a reset is handled",
     "B1": "no handshake comes twice, whatever is paused, stopped, homed again",
-    "E1": "an emergency stop is heard, whatever the supervisor does",
+    "E1": "an emergency stop is handled, whatever the supervisor does",
     "E2": "an emergency stop is taken back only when the relay has had time to fall",
     "F1": "a module whose motor stalls fails",
     "F2": "nobody waits for an answer longer than its time limit",
@@ -71,7 +71,7 @@ MEANINGS = {
     "F7": "the sorter gives up a block that sticks",
     "L1": "no deadlock",
     "L2": "in time: no time limit of a handshake or of a motion is ever reached",
-    "L3": "the rotator, when it asks for a slot, is lent one, whatever the operator lays there",
+    "L3": "the rotator, when it requests a slot, is lent one, whatever the operator lays there",
 }
 
 
@@ -93,7 +93,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """What to call it in a table."""
+        """The name in a table."""
         name = self.system.removesuffix(".yaml").removeprefix("pairs/")
         name = f"{name}, {self.blocks}" if self.blocks else name
         return f"{name}, watchdogs live" if self.live else name
@@ -228,7 +228,7 @@ MUTANTS = (
         in_ring(1, ("extractor", "mutants/m8_extractor.yaml")), "P6_grant",
     ),
     Mutant(
-        "M10", "the sorter is not asked",
+        "M10", "the sorter gets no request",
         in_ring(1, ("extraction_belt", "mutants/m10_extraction_belt.yaml")), "Q1",
     ),
     Mutant(
@@ -256,7 +256,7 @@ MUTANTS = (
         in_pair("extractor-extraction_belt", ("extractor", "mutants/m20_extractor.yaml")), "P10",
     ),
     Mutant(
-        "M21", "a grant that comes during a pause is not heard",
+        "M21", "a grant that comes during a pause is not handled",
         in_pair("rotator-feeder_belt", ("rotator", "mutants/m21_rotator.yaml")), "H1",
     ),
     Mutant(
@@ -281,7 +281,7 @@ MUTANTS = (
         Run("ring_by_position.yaml", "zones", 3, (("blocks", "mutants/m26_blocks.yaml"),)), "Q1",
     ),
     Mutant(
-        "M27", "a module does not hear that its motor stalls",
+        "M27", "a module does not handle that its motor stalls",
         in_pair("rotator-feeder_belt", ("rotator", "mutants/m27_rotator.yaml")), "F1_rotator",
     ),
     Mutant(
@@ -294,11 +294,11 @@ MUTANTS = (
         in_pair("rotator-feeder_belt", ("supervisor", "mutants/m29_supervisor.yaml")), "R2",
     ),
     Mutant(
-        "M30", "the rotator does not hear a pause while it swings back",
+        "M30", "the rotator does not handle a pause while it swings back",
         in_pair("rotator-feeder_belt", ("rotator", "mutants/m30_rotator.yaml")), "P11",
     ),
     Mutant(
-        "M31", "production does not hear the emergency stop",
+        "M31", "production does not handle the emergency stop",
         Run("homing/molder.yaml", "zones", 0, (("supervisor", "mutants/m31_supervisor.yaml"),)),
         "E1",
     ),
@@ -577,7 +577,7 @@ MUTANTS = (
         in_ring(6, ("feeder_belt", "mutants/m12_feeder_belt.yaml")), "",
     ),
     Mutant(
-        "EQ", "no defect: a guard that another implies is left out",
+        "EQ", "no defect: a guard that another implies is omitted",
         in_ring(3, ("extraction_belt", "mutants/eq_extraction_belt.yaml")), "",
     ),
 )  # fmt: skip
@@ -607,9 +607,9 @@ def check(run: Run, properties: tuple[str, ...] = ()) -> fsmkit.Report:
 
 
 def is_temporal(run: Run) -> bool:
-    """Tell whether `leads_to` is asked for: not of a ring that may pause, and so for ever.
+    """Whether to check `leads_to`: not for a ring that may pause forever.
 
-    Of many blocks it is where nothing from outside waits, which makes a diagram smaller.
+    With many blocks it is checked where no external event waits, which makes a diagram smaller.
     """
     if run.symbolic:
         return not run.replace
@@ -637,14 +637,14 @@ def limited(blocks: int, base: Path, folder: Path) -> Path:
 
 
 def is_as_expected(mutant: Mutant, report: fsmkit.Report) -> bool:
-    """Tell whether a defect was found, or nothing in what is none."""
+    """Whether a defect was found, or an equivalent mutant holds."""
     if not mutant.breaks:
         return all(result.verdict is HOLDS for result in report.results)
     return any(r.name == mutant.breaks and r.verdict is VIOLATED for r in report.results)
 
 
 def length(mutant: Mutant, report: fsmkit.Report) -> int:
-    """Return the steps of the counterexample; 0 if there is none."""
+    """Return the number of steps of the counterexample; 0 without one."""
     traces = (r.trace for r in report.results if r.name == mutant.breaks)
     return next((len(trace.steps) for trace in traces if trace is not None), 0)
 
@@ -669,7 +669,7 @@ def requirement(name: str, run: Run) -> str:
 
 
 def prove(runs: Iterable[Run], console: Console) -> bool:
-    """Explore the reference charts; print systems and properties; tell whether all hold."""
+    """Explore the reference charts; print systems and properties; return whether all hold."""
     systems = new_table("system, blocks", "time", "verdict", "states", "seconds")
     found: dict[str, Found] = {}
     holds = True
@@ -715,7 +715,7 @@ def property_table(found: dict[str, Found]) -> Table:
 
 
 def hunt(mutants: Iterable[Mutant], console: Console) -> bool:
-    """Explore the mutants; print what each breaks; tell whether all is as expected."""
+    """Explore the mutants; print the violated properties; return whether all is as expected."""
     table = new_table("mutant", "mistake", "found in", "by", "steps", "states")
     good = True
     for mutant in mutants:

@@ -69,7 +69,7 @@ def build(
 
 
 def is_current(program: Path) -> bool:
-    """Tell whether a program is newer than all it is made of."""
+    """Return whether a program is newer than all of its sources."""
     if not program.exists():
         return False
     made = program.stat().st_mtime
@@ -111,7 +111,7 @@ ESTIMATE = {
 def write_by_position(out: Path) -> Path:
     """Write deployment and wires for a sorter that goes by an estimate; return their folder.
 
-    The sorter reads two wires of the estimator, and nobody hears the camera's verdicts.
+    The sorter reads two wires of the estimator, and nobody receives the camera's verdicts.
     """
     folder = out / "by_position"
     (folder / "boards").mkdir(parents=True, exist_ok=True)

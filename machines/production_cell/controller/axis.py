@@ -59,5 +59,5 @@ class Axis:
         return None
 
     def is_at(self, counts: int) -> bool:
-        """Tell whether the axis stands within two counts of a position."""
+        """Whether the axis is within two counts of a position."""
         return abs(self.position - counts * SCALE) <= 2 * SCALE

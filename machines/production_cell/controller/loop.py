@@ -150,7 +150,7 @@ class CellMolder(Molder):
 
 
 class Cell:
-    """What surrounds the two machines: axes, blocks, belt, extractor, panel."""
+    """The environment of the two machines: axes, blocks, belt, extractor, panel."""
 
     def __init__(self) -> None:
         self.now = 0
@@ -168,7 +168,7 @@ class Cell:
         print(f"{self.now} {machine} {what}")
 
     def must(self, posted: bool) -> None:
-        """Tell of a full queue; `fsmkit check cell.yaml` proves that there never is one."""
+        """Raise an error for a full queue; `fsmkit check cell.yaml` proves that none occurs."""
         if not posted:
             self.say("cell", "QUEUE FULL")
 
@@ -294,7 +294,7 @@ class Cell:
 
 
 def place(axis: Axis, far_end: int) -> Place:
-    """Return what the position sensors tell of an axis."""
+    """Return the readings of the position sensors of an axis."""
     if axis.moving:
         return Place.between
     if axis.is_at(HOME):

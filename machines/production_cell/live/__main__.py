@@ -22,7 +22,7 @@ from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.picture import Picture, check_names, read_picture
 from fsmkit.inspector.server import LiveServer, serve_hub
 
-from ..simulation.__main__ import OUT, console, errors_told, stay_on_one_core, tell
+from ..simulation.__main__ import OUT, console, reported_errors, stay_on_one_core, tell
 from ..simulation.options import Options, prepare, run_options, steps_of
 from ..simulation.orchestrator import Orchestrator, Outcome
 from .driving import Drive
@@ -61,7 +61,7 @@ class Run:
             console.print(Text(f"priority of orchestrator and plant: {refusal}", style="yellow"))
         try:
             self.outcome = self._run.run()
-        except Exception as error:  # noqa: BLE001  (told by whoever waits for the thread)
+        except Exception as error:  # noqa: BLE001  (reported by the thread that waits)
             self.error = error
         self.cell.end(str(self.error) if self.error else "the run has ended")
 
@@ -77,7 +77,7 @@ async def _serve(server: LiveServer, ready: Callable[[str], None]) -> None:
 
 
 def finish(run: Run, options: Options) -> int:
-    """End a run; write what was done, and tell what came of it."""
+    """End a run; write the session, and print its results."""
     run.drive.close()
     run.thread.join()
     for note in run.drive.notes:
@@ -121,7 +121,7 @@ def main(
     """Show boards and plant of the Production Cell in a page while they run, and drive them."""
     options = Options(steps_of(hours, seconds), out.resolve(), **given)
     drive = Drive(options, speed=speed)
-    with errors_told(), tempfile.TemporaryDirectory(prefix="cell") as folder:
+    with reported_errors(), tempfile.TemporaryDirectory(prefix="cell") as folder:
         picture = read_picture(PICTURE, Findings())
         console.print("building the boards")
         run = Run(options, drive, Path(folder), picture)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from ..simulation.__main__ import console, errors_told, stay_on_one_core, tell
+from ..simulation.__main__ import console, reported_errors, stay_on_one_core, tell
 from ..simulation.nodes import CellError
 from ..simulation.options import Options, prepare
 from ..simulation.orchestrator import Orchestrator, Outcome
@@ -37,9 +37,9 @@ def digest_of(text: str, out: Path) -> str:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), default=Path("build/cell"))
 def main(file: Path, out: Path) -> None:
-    """Do the session of a file again, and tell what came of it."""
+    """Replay the session in a file, and print its results."""
     out = out.resolve()
-    with errors_told():
+    with reported_errors():
         try:
             session = read(file.read_text(encoding="utf-8"), file.name)
         except (OSError, UnicodeDecodeError) as error:

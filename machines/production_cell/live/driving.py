@@ -1,6 +1,6 @@
-"""A run that is driven by hand: it waits for its time, does what was asked for, keeps samples.
+"""A run that is driven by hand: it keeps real time, executes requests, and stores samples.
 
-`Drive` is the `Steering` of a run. The run has a thread of its own; whoever shows it has another.
+`Drive` is the `Steering` of a run. The run has a thread of its own, and so has its display.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ BEHIND = 0.25
 
 @dataclass(frozen=True, slots=True)
 class AtPanel:
-    """Something done at the panel; None: the start. Nothing is ``done`` of what was refused."""
+    """An action at the panel; None: the start. Rejected actions have no ``done``."""
 
     at: int
     what: Occurrence | None
@@ -37,7 +37,7 @@ class AtPanel:
 
 @dataclass(frozen=True, slots=True)
 class Began:
-    """A board began, or ended."""
+    """The start or the end of a board."""
 
     at: int
     board: str
@@ -46,7 +46,7 @@ class Began:
 
 @dataclass(frozen=True, slots=True)
 class Leaves:
-    """The states that boards tell which keep no log, by number."""
+    """The reported states of boards without a log, by number."""
 
     at: int
     numbers: tuple[int, ...]
@@ -56,8 +56,8 @@ class Drive:
     """Drives a run.
 
     Args:
-        options: Of the run.
-        speed: Simulated seconds in a second, 0 for as fast as it can.
+        options: The options of the run.
+        speed: Simulated seconds per second, 0 for maximum speed.
 
     """
 
@@ -103,7 +103,7 @@ class Drive:
         self.has_begun.set()
 
     def before(self, number: int) -> None:
-        """Return when it is time for a step, after what was asked for is done."""
+        """Execute pending requests, and return when it is time for a step."""
         with self._lock:
             while not (self.is_running or self._may_step or self._is_closed):
                 self._lock.wait()
@@ -123,7 +123,7 @@ class Drive:
         self._began = (time.monotonic(), number)
 
     def _wait(self, number: int) -> None:
-        """Wait until a step is due."""
+        """Wait until the time of a step."""
         began, first = self._began
         ahead = began + (number - first) / (1000 * self.speed) - time.monotonic()
         if ahead > AHEAD:
@@ -132,7 +132,7 @@ class Drive:
             self._rebase(number)
 
     def _do(self, number: int, occurrence: Occurrence) -> None:
-        assert self._panel is not None  # noqa: S101  (the run has begun)
+        assert self._panel is not None  # noqa: S101  (the run has started)
         try:
             done = self._panel.do(number, occurrence)
         except (FaultError, CellError) as error:
@@ -143,7 +143,7 @@ class Drive:
         self.events.append(AtPanel(number, occurrence, done))
 
     def _watch_boards(self, number: int) -> None:
-        """Notice that a board ended, or was begun anew."""
+        """Record the end or the restart of a board."""
         for name, was_alive in self._alive.items():
             if self.run_ is not None and self.run_.is_alive(name) != was_alive:
                 self._alive[name] = not was_alive
@@ -151,7 +151,7 @@ class Drive:
 
     def after(self, number: int) -> None:
         """Keep what a step did."""
-        assert self.samples is not None  # noqa: S101  (the run has begun)
+        assert self.samples is not None  # noqa: S101  (the run has started)
         assert self.run_ is not None  # noqa: S101
         self.samples.add(number, is_last=not self.is_running)
         if self.options.double and (leaves := self.samples.leaves()) != self._leaves:
@@ -169,7 +169,7 @@ class Drive:
 
     # --- other threads -------------------------------------------------------------------------
 
-    def ask(self, occurrence: Occurrence) -> None:
+    def request(self, occurrence: Occurrence) -> None:
         """Let something be done at the panel before the next step."""
         with self._lock:
             self._asked.append(occurrence)
@@ -199,7 +199,7 @@ class Drive:
             self._lock.notify_all()
 
     def session(self) -> tuple[Session, str]:
-        """Return what was done so far, and the digest of what came of it."""
+        """Return the actions so far, and the digest of their results."""
         own = self.options
         options = {
             "seed": own.seed, "blocks": own.blocks, "fault": own.fault, "bad": own.bad,

@@ -1,4 +1,4 @@
-"""What the boards log, followed while they run: the interpreter does it again, step by step."""
+"""Follow the logs of the boards while they run: the interpreter repeats them, step by step."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_READ = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class BoardEntry:
-    """What a machine did: a macrostep, or None where it only took something in; then it is so."""
+    """A step of a machine: a macrostep, or None if it only queued an event."""
 
     at: int
     machine: str
@@ -38,16 +38,16 @@ class BoardLog:
     _repeaters: dict[str, Replayer] = field(default_factory=dict)
 
     def begin(self) -> None:
-        """Begin anew: the board was begun, and writes its log from the start."""
+        """Start again: the board was restarted, and writes its log from the start."""
         charts = {number: self.charts[name] for number, name in enumerate(self.names)}
         self._reader, self._offset = CallReader(charts), 0
         self._repeaters = {name: Replayer(self.charts[name]) for name in self.names}
         self._waiting.clear()
 
     def read(self, until: int) -> Iterator[BoardEntry]:
-        """Yield what happened up to a step, as far as it is written.
+        """Yield the steps up to a number, as far as they are written.
 
-        `FsmkitError` where the log is none, or the interpreter does something else.
+        Raises `FsmkitError` if the log is invalid, or if the interpreter differs.
         """
         self._take_in()
         while self._waiting and self._waiting[0][0] <= until:
@@ -66,10 +66,10 @@ class BoardLog:
             with self.path.open("rb") as file:
                 file.seek(self._offset)
                 data = file.read(MOST_READ)
-        except FileNotFoundError:  # the board has not begun yet
+        except FileNotFoundError:  # the board has not started yet
             return
         self._offset += len(data)
-        assert self._reader is not None  # noqa: S101  (begun above)
+        assert self._reader is not None  # noqa: S101  (started above)
         for number, call in self._reader.feed(data):
             self._now = _time_of(call, self._now)
             self._waiting.append((self._now, self.names[number], call))

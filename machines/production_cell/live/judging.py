@@ -55,7 +55,7 @@ class Judge:
             self._first = number
 
     def window(self) -> tuple[int, npt.NDArray[np.int32]]:
-        """Return the number of the first step that is kept, and a copy of all that are kept."""
+        """Return the number of the first stored step, and a copy of all stored ones."""
         begin = max(1, self.last - KEPT + 1)
         rows = np.arange(begin, self.last + 1) % KEPT
         return begin, self._frames[rows]
@@ -65,7 +65,7 @@ class Judge:
         window: tuple[int, npt.NDArray[np.int32]],
         events: Sequence[Mapping[str, Any]],
     ) -> None:
-        """Evaluate a window. ``events``: all that the plant reported, with times in s."""
+        """Evaluate a window. ``events``: the plant's reports, with times in s."""
         begin, frames = window
         if not self._first or len(frames) <= 2 * LAG:
             return

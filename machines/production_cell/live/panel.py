@@ -70,7 +70,7 @@ class Panel:
         self._run.operate(lambda operator: replace(operator, extra=min(8, operator.extra + 1)))
 
     def begin(self, fault: str) -> None:
-        """Begin a fault by its name."""
+        """Start a fault by its name."""
         self._break({"fault": fault, **faults.BY_NAME.get(fault, {}), **LONGER.get(fault, {})})
 
     def jam(self, axis: str) -> None:
@@ -82,7 +82,7 @@ class Panel:
         self._break({"fault": "lost_block", "slot": slot})
 
     def restart(self, board: str) -> None:
-        """Begin a board anew that is dead."""
+        """Restart a dead board."""
         self._run.restart(board)
 
     def _break(self, line: Mapping[str, object]) -> None:

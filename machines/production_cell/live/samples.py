@@ -35,7 +35,7 @@ BELT_OF = {
 
 
 class Samples:
-    """Of a run that has begun; `add` is called by the thread of the run, `told` by another."""
+    """Samples of a run; the thread of the run calls `add`, another thread `told`."""
 
     def __init__(self, run: Orchestrator, ring: Path) -> None:
         self._run = run
@@ -64,7 +64,7 @@ class Samples:
             self._verdicts[block] = int(values[place["camera.verdict"]])
         self._follow_the_lane(values)
         if number % REPORTED == 0:
-            self._ask()
+            self._request()
         now = time.monotonic()
         if is_last or now >= self._next:
             self._next = now + EVERY
@@ -81,7 +81,7 @@ class Samples:
                 ways[block] = min(max(way, front), CAVITY)
         self._ways = ways
 
-    def _ask(self) -> None:
+    def _request(self) -> None:
         values, place = self._run.values, self._place
         number = self._judge.last
         self._moulded.append((number, int(values[place["count.moulded"]])))

@@ -1,7 +1,7 @@
-"""What a person did with the cell: kept as lines of a script, and done again bit for bit.
+"""Record the actions of a person as lines of a script, which can be replayed bit for bit.
 
-A session is a file of YAML: the options of the run, its length in steps, and a line for each thing
-done at the panel: the step before which it was done, an event of ``panel.yaml``, its values.
+A session is a file of YAML: the options of the run, its length in steps, and a line for each action
+at the panel: the step after it, an event of ``panel.yaml``, its values.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def read(text: str, name: str = "<session>") -> Session:
 def _deed(line: str, name: str) -> Deed:
     step, _, rest = line.partition(" ")
     if not step.isdecimal() or int(step) < 1:
-        raise CellError(f"{name}: `{line}` does not begin with the number of a step")
+        raise CellError(f"{name}: `{line}` does not start with the number of a step")
     try:
         (text,) = script_texts([rest], name)
         return Deed(int(step), read_event(chart(), iter(tokens(rest)), text))
@@ -137,7 +137,7 @@ class Again:
 
 
 class Digest:
-    """Of the values of all signals in all steps."""
+    """The digest of the values of all signals in all steps."""
 
     def __init__(self) -> None:
         self._hash = sha256()

@@ -57,7 +57,7 @@ def system_of(ring: Path) -> System:
 
 
 class Cell:
-    """What is shown of a driven run: `Followed` by a hub."""
+    """The view of a driven run: `Followed` by a hub."""
 
     time = "live"
 
@@ -80,13 +80,13 @@ class Cell:
 
     @property
     def can(self) -> frozenset[str]:
-        """What the run obeys; boards in loops of their own are not stopped."""
+        """The commands that the run supports; boards in loops of their own cannot be stopped."""
         stepped = () if self.drive.options.hz else ("run", "pause", "step")
         return frozenset(("post", *stepped))
 
     @property
     def begin(self) -> Moment | None:
-        """All machines before their start; None where no log tells their data."""
+        """All machines before their start; None if no log has their data."""
         return self._known()
 
     @property
@@ -120,10 +120,10 @@ class Cell:
                 f"`{name}` runs on a board, which takes no events from here",
                 help="drive the cell by the machine `panel`",
             )
-        self.drive.ask(occurrence)
+        self.drive.request(occurrence)
 
     def set_input(self, machine: int, place: int, value: Value) -> None:
-        """Refuse: the inputs of the machines are wires of the boards."""
+        """Reject the command: the inputs of the machines are wires of the boards."""
         del machine, place, value
         raise fail("wrong-command", "the inputs of a board are its wires", help="use the panel")
 
@@ -224,7 +224,7 @@ class Cell:
         return Entry(moment if self._logs else None, tuple(told), stepped if self._logs else None)
 
     def _inputs_of(self, place: int, macrostep: Macrostep) -> Set | None:
-        """Return the inputs that are others than when the machine was told last."""
+        """Return the inputs that changed since the machine's previous report."""
         machine, inputs = self.system.machines[place], macrostep.after.inputs
         pairs = zip(machine.chart.inputs, self._told_inputs[place], inputs, strict=True)
         changed = {each.name: to_json(new, each.type) for each, old, new in pairs if old != new}
@@ -243,7 +243,7 @@ class Cell:
                     yield Delivery(link, sent, has_room=True)
 
     def _board_entry(self, board: str) -> Entry:
-        """Return that a board began or ended: its machines have not started."""
+        """Return the start or the end of a board: its machines have not started."""
         for name in ON_BOARD[board]:
             self._snapshots[self._places[name]] = initial(self._charts[name])
             self._told_inputs[self._places[name]] = self._snapshots[self._places[name]].inputs

@@ -46,15 +46,15 @@ console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 @click.option("--hours", type=float, default=1.0, show_default=True, help="Simulated time.")
 @click.option("--seconds", type=float, help="Simulated time, instead of hours.")
 @click.option("--strict", is_flag=True, help="End with 1 if a fault had no effect.")
-@click.option("--kept", is_flag=True, help="supervisord begins the boards, also those killed.")
+@click.option("--kept", is_flag=True, help="supervisord starts and restarts the boards.")
 @click.option("--out", type=click.Path(path_type=Path), default=OUT, help="Where results go.")
 @run_options
 def main(
     hours: float, seconds: float | None, strict: bool, kept: bool, out: Path, **given: Any
 ) -> None:
-    """Run boards and plant of the Production Cell together, and tell what came of it."""
+    """Run boards and plant of the Production Cell together, and print the results."""
     options = Options(steps_of(hours, seconds), out.resolve(), **given)
-    with errors_told():
+    with reported_errors():
         with tempfile.TemporaryDirectory(prefix="cell") as folder:
             setup, world = prepare(options, Path(folder))
             _schedule(setup.pace)
@@ -70,7 +70,7 @@ def main(
 
 
 @contextmanager
-def errors_told() -> Iterator[None]:
+def reported_errors() -> Iterator[None]:
     """Print what goes wrong, and end with 2."""
     try:
         yield
@@ -96,7 +96,7 @@ def stay_on_one_core() -> None:
 
 
 def _schedule(pace: Pace) -> None:
-    """Give this process its core or its priority, which all that it begins inherit."""
+    """Give this process its core or its priority, which its child processes inherit."""
     if not pace.hz:
         stay_on_one_core()
     elif refusal := pace.raise_priority():
@@ -104,7 +104,7 @@ def _schedule(pace: Pace) -> None:
 
 
 def _run(setup: Setup, world: World) -> Outcome:
-    """Run to the end, or to Ctrl-C: then what was recorded is told of; a second one breaks off."""
+    """Run to the end, or to Ctrl-C, and report the recording; a second Ctrl-C aborts."""
     run = Orchestrator(setup, lambda states: replace(world, states=states))
     began = time.monotonic()
 

@@ -35,7 +35,7 @@ START = ((-300, -100), (100, 500), (300, 900), (700, 1200), (-300, -100), (700, 
 
 
 class Axis(NamedTuple):
-    """What does not change while an axis moves."""
+    """The constant parameters of an axis."""
 
     unit: float
     """An encoder count, in m or rad."""
@@ -92,7 +92,7 @@ def make(chance: np.random.Generator) -> tuple[Axis, ...]:
 
 
 def initial(axes: Sequence[Axis], chance: np.random.Generator) -> tuple[AxisState, ...]:
-    """Return axes that stand somewhere; the encoders count from there: only limits tell where."""
+    """Return axes at given positions, from which the encoders count."""
     states = []
     for axis, (low, high) in zip(axes, START, strict=True):
         position = chance.uniform(low, high) * axis.unit
@@ -130,7 +130,7 @@ def step(axis: Axis, state: AxisState, pwm: int) -> AxisState:
 
 
 def encoder(axis: Axis, state: AxisState) -> int:
-    """Return what the encoder has counted since the beginning."""
+    """Return the counts of the encoder since the start."""
     return math.floor((state.position - state.origin) / axis.unit + 0.5)
 
 

@@ -1,8 +1,7 @@
 """Blocks in the ring: pushed, carried by magnets, moved by belts, thrown out by the sorter.
 
 A block is on a belt, in the lane of the feeder, in a hand, or gone. Lengths are in m; positions of
-axes, as the charts say them, in counts. What must not happen is told, with a name; nothing prevents
-it.
+axes are in counts, as in the charts. Hazards are reported by name; nothing prevents them.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ NEAR = 0.015
 
 
 class Where(Enum):
-    """What holds a block."""
+    """The holder of a block."""
 
     BELT = "belt"
     LANE = "lane"

@@ -1,7 +1,7 @@
-"""What looks at the extraction belt: pictures, verdicts, and where the blocks are that it saw.
+"""The camera above the extraction belt: pictures, verdicts, and positions of the seen blocks.
 
-A block is judged each time it passes, since it was moulded anew. The verdict depends on the seed,
-the block and how often it passed, on nothing else, so a run can be compared with the next.
+A block is judged each time it passes, because it was moulded anew. The verdict depends only on the
+seed, the block and the number of its passes, so runs can be compared.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Sighting:
 
 @dataclass(frozen=True)
 class CameraState:
-    """What the camera saw last."""
+    """The last picture of the camera."""
 
     frames: int = 0
     block: int = 0
@@ -106,7 +106,7 @@ def picture(
 
 
 class Estimate(NamedTuple):
-    """Which block is before the sorter; all 0 if none is."""
+    """The block before the sorter; all 0 for none."""
 
     block: int = 0
     verdict: int = 0

@@ -234,7 +234,7 @@ class Boards:
                 getattr(self._drives[machine], operation)(*values)
 
     def about(self) -> Json:
-        """Tell the states; nobody sends frames."""
+        """Return the states; there are no frames."""
         return {"peers": [], "states": self._names, "machines": list(self._machines)}
 
     def initial(self, inputs: Values) -> Sequence[int]:
@@ -269,7 +269,7 @@ class Boards:
         return bool(now[name]) and not self._was[name]
 
     def _press(self, now: dict[str, int]) -> None:
-        """Tell the supervisor of the buttons."""
+        """Send the buttons to the supervisor."""
         buttons = {
             "start": "start",
             "stop": "stop",
@@ -284,7 +284,7 @@ class Boards:
             self._post("supervisor", "press_estop")
 
     def _look(self, now: dict[str, int]) -> None:
-        """Tell the camera of pictures and blocks."""
+        """Send pictures and blocks to the camera."""
         if now["camera.frame"] != self._was["camera.frame"]:
             self._post("camera", "frame")
         if now["B_E0"] != self._was["B_E0"]:
@@ -304,18 +304,18 @@ class Boards:
         return values
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Refuse: there are no links that could fail."""
+        """Reject the parameter: there are no links that could fail."""
         del value
         raise KeyError(name)
 
     def report(self) -> Json:
-        """Tell in which states the machines are."""
+        """Return the states of the machines."""
         states = {name: machine.active()[0] for name, machine in self._machines.items()}
         return {"overruns": 0, "losses": 0, "refused": self._refused, "states": states}
 
 
 class _Host:
-    """What a machine calls and sends."""
+    """The calls and sent events of a machine."""
 
     def __init__(self, boards: Boards, name: str, chart: Chart) -> None:
         for operation in chart.operations:
@@ -340,7 +340,7 @@ def _places(chart: Chart) -> tuple[int, int, int]:
 
 
 def main() -> None:
-    """Serve until told to quit."""
+    """Serve until the request to quit."""
     parser = argparse.ArgumentParser(description="All boards of the Production Cell, in Python.")
     parser.add_argument("--cosim", metavar="ENDPOINT", required=True)
     parser.add_argument(

@@ -22,9 +22,9 @@ WITHIN = 10.0
 
 @dataclass(frozen=True)
 class Effect:
-    """What came of a fault. Times in s; ``after`` is None where no machine failed.
+    """The effect of a fault. Times in s; ``after`` is None if no machine failed.
 
-    A link that loses frames has done something even if all machines bear it: ``lost`` counts them.
+    A link that loses frames has an effect even if all machines tolerate it: ``lost`` counts them.
     """
 
     fault: str
@@ -59,7 +59,7 @@ def losses(outcome: Outcome) -> int:
 
 
 def effects(recording: Recording, outcome: Outcome) -> tuple[Effect, ...]:
-    """Return what came of each fault that began."""
+    """Return the effect of each fault that occurred."""
     states = recording.about["states"]
     columns = {name: recording[f"{name}.state"] for name in MODULES if name in states}
     found = []

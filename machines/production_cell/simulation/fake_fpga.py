@@ -21,12 +21,12 @@ HEAD = 8
 
 
 class BoardBehindRegisters(Process):
-    """A board that is told its inputs by registers, and whose outputs are taken from them."""
+    """A board whose inputs and outputs are registers."""
 
     _registers: Registers | None = None
 
     def begin(self) -> None:
-        """Make the registers, all zero, and begin the board."""
+        """Create the registers, all zero, and start the board."""
         window = self.program.window
         assert window is not None  # noqa: S101  (else it is another process)
         path, description = window
@@ -40,7 +40,7 @@ class BoardBehindRegisters(Process):
     @property
     def registers(self) -> Registers:
         """The window."""
-        assert self._registers is not None  # noqa: S101  (it was begun)
+        assert self._registers is not None  # noqa: S101  (it was started)
         return self._registers
 
     def send(self, kind: bytes, body: bytes = b"") -> None:

@@ -3,22 +3,14 @@
 Each is a line such as ``{when: feeder.state == pushing, after: 20ms, fault: jam, for: 5}``. A
 number is a time in s; ``20ms`` and ``2s`` name their unit.
 
-| field | meaning |
-|---|---|
-| ``at`` | not before this time |
-| ``when`` | as soon as a machine enters a state, counted from ``at`` on |
-| ``nth`` | not the first time that it does, but this one |
-| ``after`` | so long after all that |
+| field | meaning | |---|---| | ``at`` | not before this time | | ``when`` | as soon as a machine
+enters a state, counted from ``at`` on | | ``nth`` | not the first time that it does, but this one |
+| ``after`` | the delay after that |
 
-| fault | fields |
-|---|---|
-| ``jam`` | ``axis``, ``for`` |
-| ``lost_block`` | ``slot``: it is taken from there as soon as one is there |
-| ``stuck_sensor`` | ``sensor``, ``value``, ``for`` |
-| ``dead_link`` | ``for`` |
-| ``loss`` | ``share`` of the frames between boards, ``for`` |
-| ``estop`` | ``for`` |
-| ``kill`` | ``board``, ``for``: then it is begun anew |
+| fault | fields | |---|---| | ``jam`` | ``axis``, ``for`` | | ``lost_block`` | ``slot``: it is
+taken from there as soon as one is there | | ``stuck_sensor`` | ``sensor``, ``value``, ``for`` | |
+``dead_link`` | ``for`` | | ``loss`` | ``share`` of the frames between boards, ``for`` | | ``estop``
+| ``for`` | | ``kill`` | ``board``, ``for``: then it is restarted |
 """
 
 from __future__ import annotations
@@ -62,7 +54,7 @@ class FaultError(Exception):
 
 @dataclass(frozen=True)
 class Trigger:
-    """When a fault begins; times in ms. It waits for all that is said."""
+    """The conditions under which a fault starts; times in ms. All of them must be met."""
 
     at: int = 0
     machine: str = ""
@@ -96,7 +88,7 @@ class Fault:
 
 
 def read(text: str) -> tuple[Fault, ...]:
-    """Return the faults of a file, or one by name; ``""`` is none. Raises `FaultError`."""
+    """Return the faults in a file, or one by name; ``""``: no faults. Raises `FaultError`."""
     if not text:
         return ()
     if text in DEFAULTS:
@@ -134,7 +126,7 @@ def schedule(lines: Sequence[object]) -> tuple[Fault, ...]:
 
 
 def _fault(line: object) -> Fault:
-    """Return a fault: its trigger, and what it does at its beginning and at its end."""
+    """Return a fault: its trigger, its action at the start, and that at the end."""
     kind = line.get("fault") if isinstance(line, Mapping) else None
     if not isinstance(line, Mapping) or not isinstance(kind, str) or kind not in DEFAULTS:
         raise FaultError(f"`{line}` is no fault: one of {', '.join(DEFAULTS)} is expected")
@@ -160,7 +152,7 @@ def _fault(line: object) -> Fault:
 
 
 def _trigger(fault: Mapping[str, Any]) -> Trigger:
-    """Return when a fault begins. Raises `FaultError`, `ValueError`, `TypeError`."""
+    """Return the trigger of a fault. Raises `FaultError`, `ValueError`, `TypeError`."""
     machine, state = "", ""
     if "when" in fault:
         found = STATE.fullmatch(str(fault["when"]))
@@ -186,7 +178,7 @@ def _trigger(fault: Mapping[str, Any]) -> Trigger:
 
 
 def _milliseconds(time: object) -> int:
-    """Return a time in ms. Raises `ValueError` or `TypeError` for what is none."""
+    """Return a time in ms. Raises `ValueError` or `TypeError` for other values."""
     named = TIME.fullmatch(time) if isinstance(time, str) else None
     if named is not None:
         return round(float(named.group(1)) * (1 if named.group(2) == "ms" else 1000))

@@ -102,7 +102,7 @@ class FmuServer:
         self._reads = _by_type([self._variables[name] for name in self.ports.outputs])
 
     def about(self) -> Json:
-        """Tell that nobody sends frames."""
+        """Return that there are no frames."""
         return {"peers": []}
 
     def initial(self, inputs: Values) -> Sequence[int]:
@@ -126,7 +126,7 @@ class FmuServer:
         return self._outputs()
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Break or mend something, if the FMU has an input of that name."""
+        """Break or repair a part, if the FMU has an input of that name."""
         if name not in self._variables:
             raise KeyError(f"the FMU has no variable {name}")
         self._set([self._variables[name]], [value])
@@ -217,9 +217,9 @@ def _text(error: Exception) -> str:
 
 
 def main() -> None:
-    """Serve until told to quit, or until the process that began this one is gone."""
+    """Serve until the request to quit, or until the parent process is gone."""
     parser = argparse.ArgumentParser(description="An FMU as plant of the Production Cell.")
-    parser.add_argument("endpoint", help="where it is asked: tcp://127.0.0.1:PORT or ipc://PATH")
+    parser.add_argument("endpoint", help="its endpoint: tcp://127.0.0.1:PORT or ipc://PATH")
     parser.add_argument("fmu", type=Path)
     parser.add_argument("--seed", type=int, default=1, help="of an FMU with a parameter `seed`")
     options = parser.parse_args()

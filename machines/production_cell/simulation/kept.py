@@ -1,7 +1,7 @@
-"""Boards that supervisord keeps running: it begins them, and those that are killed anew.
+"""Boards under supervisord, which starts them, and restarts killed ones.
 
 Its configuration is the one that ``fsmkit deploy --to supervisor`` writes. A run connects to these
-boards, kills them as any other (the fault ``kill``), and finds them again.
+boards, kills them like any other (the fault ``kill``), and connects again.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ TO_END = 30.0
 
 
 class KeptBoard(Process):
-    """A board of supervisord: begun, begun anew and ended by that."""
+    """A board under supervisord, which starts, restarts and ends it."""
 
     _pid = 0
     """0: none that is known to run."""
@@ -66,7 +66,7 @@ class KeptBoard(Process):
         return not _signal(self._pid, 0)
 
     def kill(self) -> None:
-        """Kill the board; supervisord begins it anew."""
+        """Kill the board; supervisord restarts it."""
         if self._pid:
             _signal(self._pid, signal.SIGKILL)
         self._pid = 0
@@ -102,7 +102,7 @@ def _info(program: Program) -> Mapping[str, int | str]:
 
 @contextmanager
 def kept(setup: Setup) -> Iterator[Setup]:
-    """Let supervisord begin the boards of a run, and end them after it. Raises `CellError`."""
+    """Let supervisord start the boards of a run, and end them after it. Raises `CellError`."""
     _check(setup)
     programs = tuple(replace(p, keeper=setup.endpoints / "supervisord") for p in setup.boards)
     folder = setup.endpoints
@@ -134,7 +134,7 @@ def _check(setup: Setup) -> None:
     if not setup.pace.hz:
         raise CellError("--kept needs --hz: step by step a board that is dead holds up the run")
     if any(p.window is not None for p in setup.boards):
-        raise CellError("--kept boards have no registers: leave out --registers")
+        raise CellError("--kept boards have no registers: remove --registers")
 
 
 def _files(setup: Setup) -> dict[str, str]:
@@ -159,5 +159,5 @@ def _wait(daemon: subprocess.Popen[bytes], socket: Path, out: Path) -> None:
     end = time.monotonic() + START
     while not socket.exists():
         if daemon.poll() is not None or time.monotonic() > end:
-            raise CellError(f"supervisord did not begin: {out / 'supervisord.log'}")
+            raise CellError(f"supervisord did not start: {out / 'supervisord.log'}")
         time.sleep(0.02)

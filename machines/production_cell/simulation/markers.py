@@ -64,9 +64,9 @@ def detector(seed: int) -> Detector:
 
 
 class Bounded:
-    """A detector that leaves out a picture for each `LONGEST` that the one before took too long.
+    """A detector that skips a picture for each `LONGEST` by which the previous one was too slow.
 
-    So the run keeps to its clock; a picture that is left out says nothing. ``skipped``: how many.
+    So the run keeps to its clock; a skipped picture has no result. ``skipped``: their number.
     """
 
     def __init__(self, detect: Detector, clock: Callable[[], float] = time.perf_counter) -> None:

@@ -32,7 +32,7 @@ OF_FAULTS = {"P9", "P9_count", "P9_faults", "P9_lost", "B1", "Q2"}
 
 @dataclass(frozen=True)
 class Judged:
-    """What a run shows of a property. ``holds`` is None where it shows nothing; times in s."""
+    """The verdict of a run on a property. ``holds`` is None if it shows nothing; times in s."""
 
     name: str
     text: str
@@ -66,11 +66,11 @@ class _Row:
         return ""
 
     def is_in(self, state: int) -> bool:
-        """Tell that all states are atoms."""
+        """Reject the query: all states are atoms."""
         raise ContentError(f"state {state} of no machine")
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:
-        """Tell that a property calls nothing."""
+        """Reject the call: a property calls nothing."""
         raise ContentError(f"a property cannot call `{operation}` with {len(arguments)} values")
 
     def range_error(self) -> None:
@@ -83,10 +83,10 @@ def judge(
     path: Path = RING,
     homed: int | None = None,
 ) -> tuple[Judged, ...]:
-    """Return what a recording shows of each property of a system file.
+    """Return the verdicts of a recording on the properties of a system file.
 
-    ``events``: what the plant told. ``homed``: the first row that is judged, if another than that
-    in which the cell first stands by. Raises `FsmkitError` if the file cannot be read.
+    ``events``: the plant's reports. ``homed``: the first judged row, if it is not the first in
+    which the cell stands by. Raises `FsmkitError` if the file cannot be read.
     """
     system = read_system(path)
     observed = Observed(system, recording, events)

@@ -1,4 +1,4 @@
-"""The processes that are stepped: begun, connected, asked, killed, and never left behind."""
+"""The processes of a run: started, connected, stepped, killed, and never left behind."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 class CellError(Exception):
-    """A run cannot begin, or cannot go on; the text says why."""
+    """A run cannot start, or cannot continue; the text is the reason."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """How a process is begun: ``{endpoint}`` in the command is where it is to listen."""
+    """The command of a process: ``{endpoint}`` in it is its endpoint."""
 
     name: str
     command: tuple[str, ...]
@@ -81,7 +81,7 @@ class Process:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it was begun and not killed."""
+        """Whether it was started and not killed."""
         return self._client is not None
 
     @property
@@ -90,19 +90,19 @@ class Process:
         return not self._is_dead()
 
     def begin(self) -> None:
-        """Begin the process, and let it tell what it reads and writes."""
+        """Start the process, and read its signals."""
         command = [part.format(endpoint=self.endpoint) for part in self.program.command]
         with self._log.open("ab") as log:
             self._process = self._popen(command, log)
         self._connect()
 
     def _connect(self) -> None:
-        """Let the process tell what it reads and writes."""
+        """Connect, and read the signals of the process."""
         self._client = Client(
             self._context, self.endpoint, max(START, self._timeout), self._is_dead
         )
         try:
-            told = self._client.ask_json(b"C", {"protocol": PROTOCOL})
+            told = self._client.request_json(b"C", {"protocol": PROTOCOL})
             self.node = read_hello(told)
         except ProtocolError as error:
             raise CellError(self._why(error)) from error
@@ -117,7 +117,7 @@ class Process:
                 start_new_session=True,
             )  # fmt: skip
         except OSError as error:
-            raise CellError(f"{self.program.name} cannot be begun: {error}") from error
+            raise CellError(f"{self.program.name} cannot be started: {error}") from error
 
     def _is_dead(self) -> bool:
         return self._process is None or self._process.poll() is not None
@@ -136,7 +136,7 @@ class Process:
 
     @property
     def client(self) -> Client:
-        """The connection. Raises `CellError` if there is none."""
+        """The connection. Raises `CellError` without one."""
         if self._client is None:
             raise CellError(f"{self.program.name} is not connected")
         return self._client
@@ -155,15 +155,17 @@ class Process:
         except ProtocolError as error:
             raise CellError(self._why(error)) from error
 
-    def ask(self, kind: bytes, body: bytes = b"") -> bytes:
+    def request(self, kind: bytes, body: bytes = b"") -> bytes:
         """Ask, and return the answer."""
         self.send(kind, body)
         return self.receive(kind)
 
-    def ask_json(self, kind: bytes, question: dict[str, object] | None = None) -> dict[str, object]:
+    def request_json(
+        self, kind: bytes, question: dict[str, object] | None = None
+    ) -> dict[str, object]:
         """Ask, and return the answer, both in JSON."""
         try:
-            return self.client.ask_json(kind, question)
+            return self.client.request_json(kind, question)
         except ProtocolError as error:
             raise CellError(self._why(error)) from error
 
@@ -184,7 +186,7 @@ class Process:
         if self._client is not None and not self._is_dead():
             try:
                 self._client.timeout = 2.0
-                self._client.ask(b"Q")
+                self._client.request(b"Q")
             except ProtocolError:
                 pass
         self._hang_up()
@@ -210,5 +212,5 @@ def ping(process: Process, times: int = 2000) -> float:
     """Return how many empty questions a second a process answers."""
     begin = time.perf_counter()
     for _ in range(times):
-        process.ask(b"K")
+        process.request(b"K")
     return times / (time.perf_counter() - begin)

@@ -1,9 +1,9 @@
-"""What the machines of ring.yaml's plant would say, taken from a recording.
+"""The states of the machines of ring.yaml's plant, derived from a recording.
 
-The plant that is explored knows slots, places and motions; the one that is simulated knows counts.
-Each function returns a column: a value for each step. An axis is at a place within `NEAR` counts; a
-belt moves if it is at no slot and went further than `MOVES` in `LAG` steps; while it does, its
-blocks count for the slots that they came from, as in the explored plant a motion is one step.
+The explored plant has slots, places and motions; the simulated one has counts. Each function
+returns a column: a value for each step. An axis is at a place within `NEAR` counts. A belt moves if
+it is at no slot and went further than `MOVES` in `LAG` steps; meanwhile its blocks count for the
+slots that they came from, because a motion is one step in the explored plant.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ GOOD, BAD = 1, 2
 
 
 class Observed:
-    """Columns by the names of machines and of what they have; None where nothing was recorded."""
+    """Columns by the names of machines and their members; None where nothing was recorded."""
 
     def __init__(
         self, system: System, recording: Recording, events: Sequence[Mapping[str, object]]
@@ -75,7 +75,7 @@ class Observed:
         return self._known[key]
 
     def recorded(self, atom: Atom) -> Column:
-        """Return the column of an atom. Raises `LookupError`, with its name, if there is none."""
+        """Return the column of an atom. Raises `LookupError`, with the name of an unknown one."""
         column = self.column(atom.machine, atom.state, atom.variable)
         if column is None:
             machine = self._system.machines[atom.machine]

@@ -23,7 +23,7 @@ SPARE = 120
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What is run; see the options of the command line."""
+    """The options of a run; see the command line."""
 
     steps: int
     out: Path
@@ -130,7 +130,7 @@ def prepare(options: Options, endpoints: Path) -> tuple[Setup, World]:
     """Build what is run; sockets are in a folder. Raises `CellError`, `FaultError`."""
     _check_pace(options.pace, double=options.double)
     if options.registers and options.double:
-        raise nodes.CellError("--double has no wires: leave out --registers")
+        raise nodes.CellError("--double has no wires: remove --registers")
     if options.estimator == "ros" and options.sorter != "position":
         raise nodes.CellError("--estimator ros switches nothing: add --sorter position")
     out = options.out
@@ -168,13 +168,13 @@ def _check_pace(pace: Pace, *, double: bool) -> None:
     if pace.hz < 0 or (pace.hz and 1000 % pace.hz):
         raise nodes.CellError(f"--hz {pace.hz} is no divisor of 1000")
     if pace.hz and double:
-        raise nodes.CellError("--double has no loop of its own: leave out --hz")
+        raise nodes.CellError("--double has no loop of its own: remove --hz")
     if pace.priority and not pace.hz:
         raise nodes.CellError("--priority needs --hz: without it nobody looks at a clock")
 
 
 def _detector(*, aruco: bool, seed: int) -> Detector:
-    """Return how blocks are told apart."""
+    """Return the detector of blocks."""
     if not aruco:
         return itself
     try:
@@ -184,7 +184,7 @@ def _detector(*, aruco: bool, seed: int) -> Detector:
 
 
 def _estimator(options: Options) -> Callable[[], Estimating] | None:
-    """Return how an estimator in another process is begun; None: there is none."""
+    """Return the program of an estimator in another process, or None."""
     if options.estimator != "ros":
         return None
     if find_spec("cyclonedds") is None:

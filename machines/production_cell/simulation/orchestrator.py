@@ -1,8 +1,8 @@
-"""Steps boards, plant and world together, a millisecond at a time, over ZeroMQ REQ/REP.
+"""Step boards, plant and world together, a millisecond at a time, over ZeroMQ REQ/REP.
 
-The phases: connect (each process tells its signals, which meet by name), initial values, check;
-then in each step controllers, plant, world. The same seed gives the same run: nobody looks at a
-clock. In the pace of a clock (`Pace`) controllers run by themselves, and a cycle has several steps
+The phases: connect (each process reports its signals, which are connected by name), initial values,
+check; then in each step controllers, plant, world. The same seed gives the same run: no process
+reads a clock. In the pace of a clock (`Pace`) controllers run freely, and a cycle has several steps
 of plant and world; the phases are the same.
 """
 
@@ -50,7 +50,7 @@ Places = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Setup:
-    """What is run. ``timeout``: how long a process may take for an answer, in s."""
+    """The processes of a run. ``timeout``: the maximum time for a reply, in s."""
 
     steps: int
     boards: tuple[Program, ...]
@@ -74,13 +74,13 @@ class Estimating(Protocol):
         """Return which block is before the sorter."""
 
     def begin(self) -> None:
-        """Begin the process anew."""
+        """Restart the process."""
 
     def kill(self) -> None:
         """Kill the process."""
 
     def report(self) -> Mapping[str, Any]:
-        """Return what there is to tell."""
+        """Return the report."""
 
     def close(self) -> None:
         """End it."""
@@ -88,7 +88,7 @@ class Estimating(Protocol):
 
 @dataclass
 class Outcome:
-    """What came of a run. Rates are per second of real time."""
+    """The results of a run. Rates are per second of real time."""
 
     steps: int = 0
     seconds: float = 0.0
@@ -115,7 +115,7 @@ class Outcome:
 
 @dataclass
 class _Watch:
-    """A fault that waits for its time. ``due``: the step at which it begins, once that is known."""
+    """A fault that waits for its trigger. ``due``: the step at which it starts, once known."""
 
     fault: Fault
     numbers: frozenset[int] = frozenset()
@@ -126,7 +126,7 @@ class _Watch:
 
 
 class Steering(Protocol):
-    """Who drives a run by hand: what he does is done before a step."""
+    """The driver of a manual run: its actions are executed before a step."""
 
     def begin(self, run: Orchestrator) -> None:
         """Take over a run whose signals are connected."""
@@ -138,7 +138,7 @@ class Steering(Protocol):
         """See what a step did."""
 
     def died(self, number: int, board: str, why: str) -> bool:
-        """Hear that a board died; return whether the run goes on without it."""
+        """Handle the death of a board; return whether the run continues without it."""
 
 
 class Orchestrator:
@@ -200,7 +200,7 @@ class Orchestrator:
             for process in (*self._boards, self._plant):
                 if process.is_alive:
                     self._settle(process)
-                    self.outcome.reports[process.program.name] = process.ask_json(b"R")
+                    self.outcome.reports[process.program.name] = process.request_json(b"R")
             if isinstance(self._world.detect, Bounded):
                 self.outcome.reports["camera"] = {"skipped": self._world.detect.skipped}
             if self._estimator is not None:
@@ -219,7 +219,7 @@ class Orchestrator:
     # --- the phases before the first step -----------------------------------------------------
 
     def _connect(self) -> None:
-        """Let all tell their signals, and give each signal its place."""
+        """Read the signals of all processes, and assign an index to each signal."""
         writers: dict[str, str] = dict.fromkeys(WORLD_OUTPUTS, "world")
         for process in (*self._boards, self._plant):
             process.begin()
@@ -266,7 +266,7 @@ class Orchestrator:
 
     def _initial(self, process: Process) -> None:
         name = process.program.name
-        body = process.ask(b"I", self._values[self._inputs[name]].astype("<i4").tobytes())
+        body = process.request(b"I", self._values[self._inputs[name]].astype("<i4").tobytes())
         if len(body) != 4 * len(self._outputs[name]):
             raise CellError(
                 f"{name} has {len(self._outputs[name])} outputs, but sent {len(body) / 4:g}"
@@ -279,7 +279,7 @@ class Orchestrator:
             self._check_one(process)
 
     def _check_one(self, process: Process) -> None:
-        told = process.ask_json(b"K")
+        told = process.request_json(b"K")
         if not told.get("ok"):
             raise CellError(
                 f"{process.program.name} is not ready: {told.get('why', 'no reason given')}"
@@ -313,18 +313,18 @@ class Orchestrator:
                 self.outcome.seconds = time.perf_counter() - begin
 
     def _step_boards(self, number: int) -> None:
-        """Give the boards their inputs and take their outputs; before it, break and mend."""
+        """Apply faults, send the inputs of the boards and receive their outputs."""
         if self._clock is not None:
             self._clock.wait()
         if self._watched:
-            self._begin_faults(number)
+            self._start_faults(number)
         if self._pending and self._pending[0].step <= number:
-            self._break_and_mend(number)
+            self._apply_faults(number)
         frames = self._frames()
         alive = [board for board in self._boards if board.is_alive]
         for board in alive:
             if board.asked is None:
-                self._ask(board, number, frames)
+                self._request(board, number, frames)
         if self._clock is None:
             for board in alive:
                 self._answer_or_die(board, number)
@@ -370,7 +370,7 @@ class Orchestrator:
 
     def _step_plant(self, number: int) -> None:
         """Step plant and world."""
-        self._ask(self._plant, number, self._frames())
+        self._request(self._plant, number, self._frames())
         self._answer(self._plant)
         seen = self._values[self._inputs["world"]].tolist()
         self._state, told = world.step(self._world, self._state, number, seen)
@@ -397,7 +397,7 @@ class Orchestrator:
     def _frames(self) -> dict[str, int]:
         return {board.program.name: board.frames for board in self._boards}
 
-    def _ask(self, process: Process, number: int, frames: Mapping[str, int]) -> None:
+    def _request(self, process: Process, number: int, frames: Mapping[str, int]) -> None:
         name, peers = process.program.name, process.node.peers
         if peers is None:
             peers = tuple(board for board in frames if board != name)
@@ -406,7 +406,7 @@ class Orchestrator:
         process.asked, process.asked_at = number, time.monotonic()
 
     def _answer(self, process: Process) -> None:
-        """Take the answer to the last step that a process was asked for."""
+        """Receive the reply to the last step requested from a process."""
         places, number = self._outputs[process.program.name], process.asked or 0
         try:
             frames, values = read_step_reply(process.receive(b"S"), number, len(places))
@@ -430,11 +430,11 @@ class Orchestrator:
         return self._values
 
     def report(self, name: str) -> Mapping[str, Any]:
-        """Return what a process tells of itself now; nothing if it is dead."""
+        """Return the current report of a process; empty if it is dead."""
         for process in (*self._boards, self._plant):
             if process.program.name == name and process.is_alive:
                 self._settle(process)
-                return process.ask_json(b"R")
+                return process.request_json(b"R")
         return {}
 
     @property
@@ -443,11 +443,11 @@ class Orchestrator:
         return tuple(board.program.name for board in self._boards)
 
     def is_alive(self, name: str) -> bool:
-        """Tell whether a board runs."""
+        """Whether a board runs."""
         return self._board(name).is_alive
 
     def restart(self, name: str) -> None:
-        """Begin a board that is dead anew. Raises `CellError`."""
+        """Restart a dead board. Raises `CellError`."""
         board = self._board(name)
         if board.is_alive:
             raise CellError(f"board {name} runs")
@@ -462,15 +462,15 @@ class Orchestrator:
         self._state = replace(self._state, estop=int(is_open))
 
     def watch_for(self, fault: Fault) -> None:
-        """Let a fault begin when its trigger comes. Raises `CellError`."""
+        """Start a fault when its trigger occurs. Raises `CellError`."""
         watch = _Watch(fault)
         self._prepare(watch)
         self._watched.append(watch)
 
     # --- faults ---------------------------------------------------------------------------------
 
-    def _begin_faults(self, number: int) -> None:
-        """Begin the faults whose triggers have come."""
+    def _start_faults(self, number: int) -> None:
+        """Start the faults whose triggers have occurred."""
         for watch in tuple(self._watched):
             if not self._has_come(watch, number):
                 continue
@@ -480,7 +480,7 @@ class Orchestrator:
             self._pending = sorted((*self._pending, *moved))
 
     def _has_come(self, watch: _Watch, number: int) -> bool:
-        """Return whether a fault begins now: its state is entered often enough, its slot full."""
+        """Return whether a fault starts now: state entries counted, slot occupied."""
         trigger = watch.fault.trigger
         if watch.due is None:
             if trigger.state:
@@ -494,8 +494,8 @@ class Orchestrator:
         is_full = not trigger.slot or bool(self._values[self._slots[trigger.slot]])
         return number >= watch.due and is_full
 
-    def _break_and_mend(self, number: int) -> None:
-        """Do what faults that began do at this step."""
+    def _apply_faults(self, number: int) -> None:
+        """Execute the actions of faults at this step."""
         due = [a for a in self._pending if a.step <= number]
         self._pending = [a for a in self._pending if a.step > number]
         for action in due:
@@ -535,7 +535,7 @@ class Orchestrator:
         """Kill a board: its motors are without power, its magnets stay as they are."""
         name = board.program.name
         self._settle(board)
-        self.outcome.lives.setdefault(name, []).append(board.ask_json(b"R"))
+        self.outcome.lives.setdefault(name, []).append(board.request_json(b"R"))
         self._bury(board)
         self._killed[name] = time.monotonic()
 
@@ -548,7 +548,7 @@ class Orchestrator:
                 self._held.add(int(place))
 
     def _restart(self, board: Process) -> None:
-        """Begin a killed board anew; it starts as from power-up, among the same faults."""
+        """Restart a killed board; it starts as from power-up, with the same faults."""
         board.begin()
         self._initial(board)
         self._check_one(board)
@@ -576,4 +576,4 @@ def _numbers(machine: str, state: str, states: tuple[str, ...]) -> frozenset[int
 
 def _set(process: Process, name: str, value: float) -> None:
     """Set a parameter of a process."""
-    process.ask_json(b"P", {"name": name, "value": value})
+    process.request_json(b"P", {"name": name, "value": value})

@@ -1,8 +1,8 @@
-"""The pace of a run: as fast as it can, or that of a clock on the wall (hardware in the loop).
+"""The pace of a run: maximum speed, or that of a wall clock (hardware in the loop).
 
-With a clock, boards run loops of their own. A cycle begins at each multiple of a period: the boards
-get their inputs, their outputs are taken, and the plant makes the steps of a period. A board that
-does not answer in time keeps its outputs; it is counted, not waited for.
+With a clock, boards run loops of their own. A cycle starts at each multiple of a period: the boards
+get their inputs, their outputs are read, and the plant takes the steps of a period. A board without
+a reply in time keeps its outputs; it is counted, not waited for.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Pace:
     def raise_priority(self) -> str:
         """Set the priority of this thread, which its threads and processes inherit.
 
-        Returns why it was refused, or an empty text.
+        Returns why it was rejected, or an empty string.
         """
         if not self.priority:
             return ""
@@ -54,7 +54,7 @@ class Pace:
 
 @dataclass
 class WallClock:
-    """Absolute deadlines, and counts of what was late. All times are in s."""
+    """Absolute deadlines, and counts of late cycles. All times are in s."""
 
     period: float
     now: Callable[[], float] = time.monotonic
@@ -74,7 +74,7 @@ class WallClock:
     """When the cycle began."""
 
     def wait(self) -> None:
-        """Sleep until the next cycle begins. Deadlines that have passed altogether are missed."""
+        """Sleep until the next cycle starts. Deadlines that have passed completely are missed."""
         self.deadline = self.now() if self.deadline < 0 else self.deadline + self.period
         if (ahead := self.deadline - self.now()) > 0:
             self.sleep(ahead)

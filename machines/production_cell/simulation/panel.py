@@ -38,7 +38,7 @@ class Operator:
 
 @dataclass(frozen=True)
 class OperatorState:
-    """What the operator is about."""
+    """The current task of the operator."""
 
     number: int = 0
     """Of the block that was laid down last."""

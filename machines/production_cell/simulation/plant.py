@@ -58,7 +58,7 @@ MASS = 0.12
 
 @dataclass(frozen=True)
 class Plant:
-    """What does not change: parameters, and the random numbers of this cell."""
+    """The constants of a plant: parameters, and the random numbers of this cell."""
 
     axes: tuple[Axis, ...]
     noise: tuple[float, ...]
@@ -68,7 +68,7 @@ class Plant:
 
 @dataclass(frozen=True)
 class Faults:
-    """What is broken now."""
+    """The current faults."""
 
     jammed: frozenset[str] = frozenset()
     stuck: tuple[tuple[str, int], ...] = ()
@@ -95,7 +95,7 @@ class PlantState(NamedTuple):
 
 
 def make(seed: int) -> tuple[Plant, PlantState]:
-    """Return the plant of a seed, at the beginning: an empty ring, without power."""
+    """Return the initial plant of a seed: an empty ring, without power."""
     chance = np.random.default_rng(seed)
     parameters = axes.make(chance)
     noise = tuple(float(x) for x in np.clip(chance.standard_normal(NOISE), -3, 3))
@@ -241,7 +241,7 @@ def _loads(ring: tuple[Block, ...]) -> tuple[float, ...]:
 def _watched(
     state: PlantState, at: tuple[float, ...], speed: tuple[float, ...], events: list[Event]
 ) -> PlantState:
-    """Tell of each hazard when it begins, and not again while it lasts."""
+    """Report each hazard when it starts, and not again while it lasts."""
     now: dict[tuple[str, int], Event] = {
         (kind, 0): Event(kind) for kind in blocks.hazards(at, speed, state.sorter)
     }
@@ -276,7 +276,7 @@ def _sensed(plant: Plant, state: PlantState, at: tuple[float, ...]) -> PlantStat
         noise = SENSOR_NOISE * _noise(plant, state, index)
         reach = (FORGETS if state.sensors[index] else SEES) + noise
         found = any(on == line and abs(place - where) < reach for on, place in seen)
-        if sensor == "B_P":  # the pocket is the end of the belt and the beginning of the lane
+        if sensor == "B_P":  # the pocket is the end of the belt and the start of the lane
             found = found or any(on == FEEDER and abs(place) < reach for on, place in seen)
         values.append(found)
     return state._replace(sensors=tuple(values))
@@ -307,10 +307,10 @@ def outputs(plant: Plant, state: PlantState) -> list[int]:
 
 
 def with_fault(state: PlantState, name: str, value: float) -> PlantState:
-    """Return the state with something broken, or mended.
+    """Return the state with a part broken, or repaired.
 
-    ``jam.AXIS``: 1 jams it. ``sensor.NAME``: 0 or 1 is what it says from now on, -1 mends it.
-    ``take.SLOT``: the block there is taken away. Raises KeyError for other names.
+    ``jam.AXIS``: 1 jams it. ``sensor.NAME``: 0 or 1 is its fixed reading, -1 repairs it.
+    ``take.SLOT``: the block there is removed. Raises KeyError for other names.
     """
     kind, _, what = name.partition(".")
     faults = state.faults

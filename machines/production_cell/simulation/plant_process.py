@@ -35,7 +35,7 @@ class PlantServer:
         return self._outputs
 
     def about(self) -> Json:
-        """Tell that nobody sends frames."""
+        """Return that there are no frames."""
         return {"peers": []}
 
     def initial(self, inputs: Values) -> Sequence[int]:
@@ -56,7 +56,7 @@ class PlantServer:
         return self._outputs
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Break or mend something."""
+        """Break or repair a part."""
         self._state = plant.with_fault(self._state, name, value)
         self._outputs = plant.outputs(self._plant, self._state)
 
@@ -66,9 +66,9 @@ class PlantServer:
 
 
 def main() -> None:
-    """Serve until told to quit, or until the process that began this one is gone."""
+    """Serve until the request to quit, or until the parent process is gone."""
     parser = argparse.ArgumentParser(description="The plant of the Production Cell.")
-    parser.add_argument("endpoint", help="where it is asked: tcp://127.0.0.1:PORT or ipc://PATH")
+    parser.add_argument("endpoint", help="its endpoint: tcp://127.0.0.1:PORT or ipc://PATH")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the orchestrator says when it ends

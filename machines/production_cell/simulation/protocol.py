@@ -38,12 +38,12 @@ PATIENCE = 200
 
 
 class ProtocolError(Exception):
-    """The other side does not keep to the protocol, refuses, or does not answer."""
+    """The other side violates the protocol, rejects the request, or does not reply."""
 
 
 @dataclass(frozen=True)
 class Node:
-    """What a process told of itself when it was connected."""
+    """The description of a connected process."""
 
     name: str
     ports: Ports
@@ -54,7 +54,7 @@ class Node:
 
 
 def hello(name: str, ports: Ports, **more: object) -> Json:
-    """Return what a process tells of itself."""
+    """Return the description of a process."""
     described = {
         what: [{"name": signal, "type": "i32"} for signal in signals]
         for what, signals in (("inputs", ports.inputs), ("outputs", ports.outputs))
@@ -63,7 +63,7 @@ def hello(name: str, ports: Ports, **more: object) -> Json:
 
 
 def read_hello(told: Json) -> Node:
-    """Return what a process told of itself; raises `ProtocolError` if it makes no sense."""
+    """Parse the description of a process. Raises `ProtocolError` if it is invalid."""
     if told.get("protocol") != PROTOCOL:
         raise ProtocolError(f"speaks protocol {told.get('protocol')}, not {PROTOCOL}")
     try:
@@ -98,7 +98,7 @@ class Client:
         self.timeout = timeout
         self.endpoint = endpoint
 
-    def ask(self, kind: bytes, body: bytes = b"") -> bytes:
+    def request(self, kind: bytes, body: bytes = b"") -> bytes:
         """Ask and wait; return the body of the answer."""
         self.send(kind, body)
         return self.receive(kind)
@@ -108,7 +108,7 @@ class Client:
         try:
             self.socket.send(kind + body)
         except zmq.ZMQError as error:
-            raise ProtocolError(f"cannot be asked: {error}") from error
+            raise ProtocolError(f"cannot be reached: {error}") from error
 
     def receive(self, kind: bytes) -> bytes:
         """Return the body of the answer to a question of this kind."""
@@ -116,7 +116,7 @@ class Client:
         if answer[:1] == kind:
             return answer[1:]
         if answer[:1] == b"E":
-            raise ProtocolError(f"refuses: {answer[1:].decode(errors='replace')}")
+            raise ProtocolError(f"rejects the request: {answer[1:].decode(errors='replace')}")
         raise ProtocolError(f"answers {answer[:1]!r} to {kind!r}")
 
     def _heard(self) -> bytes:
@@ -127,13 +127,13 @@ class Client:
                 if self._is_dead():
                     raise ProtocolError("is gone") from None
             except zmq.ZMQError as error:
-                raise ProtocolError(f"cannot be heard: {error}") from error
+                raise ProtocolError(f"cannot be received: {error}") from error
         raise ProtocolError(f"did not answer for {self.timeout:g} s")
 
-    def ask_json(self, kind: bytes, question: Json | None = None) -> Json:
+    def request_json(self, kind: bytes, question: Json | None = None) -> Json:
         """Ask and wait, both in JSON."""
         body = b"" if question is None else json.dumps(question).encode()
-        answer = self.ask(kind, body)
+        answer = self.request(kind, body)
         try:
             return cast(Json, json.loads(answer or b"{}"))
         except ValueError as error:
@@ -160,13 +160,13 @@ def read_step_reply(body: bytes, number: int, outputs: int) -> tuple[int, Values
 
 
 class Served(Protocol):
-    """What can be stepped: the plant, or a board."""
+    """A process that can be stepped: the plant, or a board."""
 
     name: str
     ports: Ports
 
     def about(self) -> Json:
-        """Return what is told at connect besides name and signals."""
+        """Return the description at connect, besides name and signals."""
 
     def initial(self, inputs: Values) -> Sequence[int]:
         """Take the first inputs, return the first outputs."""
@@ -178,7 +178,7 @@ class Served(Protocol):
         """Set a parameter, or raise KeyError."""
 
     def report(self) -> Json:
-        """Return what there is to tell."""
+        """Return the report."""
 
 
 def answer(served: Served, request: bytes) -> bytes:
@@ -220,7 +220,7 @@ def answer(served: Served, request: bytes) -> bytes:
 
 
 def serve(served: Served, endpoint: str, heard: Callable[[], bool] = lambda: True) -> None:
-    """Answer requests until one says quit, or ``heard``, asked once a second, says no."""
+    """Handle requests until one is quit, or ``heard``, called once a second, returns false."""
     with zmq.Context() as context, context.socket(zmq.REP) as socket:
         socket.linger = 200
         socket.rcvtimeo = 1000

@@ -1,9 +1,9 @@
-"""All signals of all steps in a compact file, and back.
+"""Store all signals of all steps in a compact file, and read them.
 
-A head of one line in JSON (version, names of the signals, what else is to be kept), then pieces of
-up to `PIECE` steps: the number of steps and of bytes, each unsigned with 32 bits, then the
-differences from step to step, signal by signal, compressed with zlib. They are signed, have 32
-bits, the lowest byte first, and begin anew with each piece.
+A head of one line in JSON (version, names of the signals, other data), then pieces of up to `PIECE`
+steps: the number of steps and of bytes, each unsigned with 32 bits, then the differences from step
+to step, signal by signal, compressed with zlib. They are signed, have 32 bits, the lowest byte
+first, and start again with each piece.
 """
 
 from __future__ import annotations

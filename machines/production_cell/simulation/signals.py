@@ -1,7 +1,7 @@
 """The names of all signals between boards, plant and world. All values are 32-bit integers.
 
-Boards and plant tell what they read and write when they are connected; signals meet by their names,
-so a board reads only what it needs.
+Boards and plant report their signals at connect; signals are connected by their names, so a board
+reads only those that it needs.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MODULES = (
 
 
 class Ports(NamedTuple):
-    """What a process reads and writes, by names in their order."""
+    """The inputs and outputs of a process, by names in their order."""
 
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What a run came to: blocks, throughput, mishaps, and what the machines went through."""
+"""The totals of a run: blocks, throughput, mishaps, and the states of the machines."""
 
 from __future__ import annotations
 

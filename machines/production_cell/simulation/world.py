@@ -1,4 +1,4 @@
-"""What surrounds boards and plant: power, emergency stop, operator and camera, step by step."""
+"""The environment of boards and plant: power, emergency stop, operator and camera, step by step."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SEEN = (
 
 @dataclass(frozen=True)
 class World:
-    """What does not change. ``states``: the names of the supervisor's states."""
+    """The constants of the world. ``states``: the names of the supervisor's states."""
 
     operator: Operator
     judgement: Judgement
@@ -33,7 +33,7 @@ class World:
 
 @dataclass(frozen=True)
 class WorldState:
-    """What the world is about."""
+    """The state of the world."""
 
     operator: OperatorState = field(default_factory=OperatorState)
     camera: CameraState = field(default_factory=CameraState)

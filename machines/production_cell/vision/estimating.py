@@ -36,10 +36,10 @@ POLL = 0.0002
 
 
 class RosEstimator:
-    """The estimator's process, and the node that talks to it.
+    """The estimator's process, and the node that communicates with it.
 
-    ``waits``: a run without a clock, which waits for answers. ``domain``: of DDS. Raises
-    `CellError` where it cannot be begun.
+    ``waits``: a run without a clock, which waits for replies. ``domain``: of DDS. Raises
+    `CellError` if it cannot be started.
     """
 
     def __init__(self, log: Path, drift: float, *, waits: bool, domain: int) -> None:
@@ -70,10 +70,10 @@ class RosEstimator:
             raise
 
     def begin(self) -> None:
-        """Begin the process, and wait until each hears the other. Raises `CellError`.
+        """Start the process, and wait until both sides are matched. Raises `CellError`.
 
-        That a reader and a writer are matched is known on one side first: the first answer can
-        be lost. So a run that waits for answers begins with pictures of nothing.
+        One side discovers the match of a reader and a writer first: the first reply can be lost. So
+        a run that waits for replies starts with empty pictures.
         """
         self._is_heard = True
         with self._log.open("ab") as log:

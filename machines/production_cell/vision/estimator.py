@@ -1,8 +1,8 @@
-"""The estimator as a program of its own: pictures come on a topic of ROS 2, verdicts go on another.
+"""The estimator as a separate program: it reads pictures and writes verdicts on topics of ROS 2.
 
-``python -m machines.production_cell.vision.estimator 18``. It knows the topics and nothing of
-fsmkit. Each picture, 30 a second, is answered at once with the block that is before the sorter by
-then, as its way since it was seen last says. A picture that makes no sense is left out.
+``python -m machines.production_cell.vision.estimator 18``. It uses the topics, but not fsmkit. It
+answers each picture, 30 a second, at once with the block that is before the sorter then, estimated
+from its movement since it was last seen. An invalid picture is skipped.
 """
 
 # mypy: disable-error-code="misc, call-arg"
@@ -99,7 +99,7 @@ class Following:
 @click.argument("domain", type=click.IntRange(0, 232))
 @click.option("--drift", type=float, default=0.0)
 def main(domain: int, drift: float) -> None:
-    """Follow blocks in a domain of DDS, until SIGTERM or the death of who began it."""
+    """Follow blocks in a domain of DDS, until SIGTERM or the death of the parent."""
     following, parent = Following(drift), os.getppid()
     participant = DomainParticipant(domain)
     topic = Topic(participant, "rt/cell/estimator/picture", Picture, qos=EVENTS)
@@ -109,7 +109,7 @@ def main(domain: int, drift: float) -> None:
     waiting = WaitSet(participant)
     waiting.attach(ReadCondition(pictures, SampleState.Any | ViewState.Any | InstanceState.Any))
     ended: list[int] = []
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # who began it says when it ends
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # its parent decides when it ends
     signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
     while not ended and os.getppid() == parent:
         waiting.wait(WAIT)
@@ -125,7 +125,7 @@ def main(domain: int, drift: float) -> None:
             if answer is not None:
                 try:
                     writer.write(answer)
-                except DDSException as error:  # the cell does not read: it hears the next one
+                except DDSException as error:  # the cell does not read: it receives the next one
                     print(f"not sent: {error}", file=sys.stderr)
     print(json.dumps({"answered": following.answered, "refused": following.refused}))
 

@@ -79,7 +79,7 @@ class Board:
         self._socket.linger = 0
         self._socket.rcvtimeo = 20_000
         self._socket.connect(endpoint)
-        self.about = json.loads(self.ask(b"C", b'{"protocol": 1}'))
+        self.about = json.loads(self.request(b"C", b'{"protocol": 1}'))
         self.inputs = [signal["name"] for signal in self.about["inputs"]]
         self.outputs = [signal["name"] for signal in self.about["outputs"]]
         self.peers = len(self.about["peers"])
@@ -93,7 +93,7 @@ class Board:
         assert isinstance(reply, bytes)
         return reply
 
-    def ask(self, kind: bytes, body: bytes = b"") -> bytes:
+    def request(self, kind: bytes, body: bytes = b"") -> bytes:
         """Return the body of a reply, which must be of the same kind."""
         reply = self.tell(kind + body)
         assert reply[:1] == kind, reply
@@ -101,24 +101,24 @@ class Board:
 
     def check(self) -> Any:
         """Return what it says to `K`."""
-        return json.loads(self.ask(b"K"))
+        return json.loads(self.request(b"K"))
 
     def report(self) -> Any:
         """Return what it counted."""
-        return json.loads(self.ask(b"R"))
+        return json.loads(self.request(b"R"))
 
     def step(self, number: int, frames: Sequence[int], plant: Plant) -> dict[str, int]:
         """Advance by a step, and return the outputs."""
         values = [plant.read(name, number) for name in self.inputs]
         head = struct.pack(f"<{1 + len(frames)}I", number, *frames)
-        self.bytes = self.ask(b"S", head + struct.pack(f"<{len(values)}i", *values))
+        self.bytes = self.request(b"S", head + struct.pack(f"<{len(values)}i", *values))
         told, self.frames, *found = struct.unpack(f"<II{len(self.outputs)}i", self.bytes)
         assert told == number
         return dict(zip(self.outputs, found, strict=True))
 
     def end(self) -> str:
         """Let it quit, and return what it wrote on stderr; it must have been content."""
-        self.ask(b"Q")
+        self.request(b"Q")
         _, said = self.process.communicate(timeout=20)
         self._close()
         assert self.process.returncode == 0, said

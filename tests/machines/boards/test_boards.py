@@ -67,7 +67,7 @@ def history(programs: dict[str, Path], sockets: Path) -> Iterator[dict[str, Any]
         cell.press("reset")
         cell.until("supervisor", "standing_by")
         seen["recovered"] = cell.states()
-        cell.boards["b"].ask(b"P", b'{"name": "link.dead", "value": 1}')
+        cell.boards["b"].request(b"P", b'{"name": "link.dead", "value": 1}')
         cell.steps(130)
         seen["cut off"] = {name: cell.state(name) for name in MACHINES["b"]}
         seen["reports"] = {name: board.report() for name, board in cell.boards.items()}
@@ -282,7 +282,7 @@ def test_parameters_are_set_while_it_runs(lone: Board) -> None:
     """A top speed of 100 counts a second is kept from then on."""
     for name, value in (("top_speed", 100), ("kf", 0)):  # its axis has no friction to feed forward
         asked = json.dumps({"name": f"extractor.{name}", "value": value})
-        assert json.loads(lone.ask(b"P", asked.encode())) == {"ok": True}
+        assert json.loads(lone.request(b"P", asked.encode())) == {"ok": True}
     plant = Plant()
     fastest = 0.0
     for number in range(1, 1500):
@@ -309,25 +309,25 @@ def test_real_time_loop_holds_inputs_and_is_safe_without(
     socket.linger, socket.rcvtimeo = 0, 10_000
     socket.connect(endpoint)
 
-    def ask(request: bytes) -> bytes:
+    def request(request: bytes) -> bytes:
         socket.send(request)
         reply = socket.recv()
         assert reply[:1] == request[:1]
         return bytes(reply[1:])
 
-    about = json.loads(ask(b'C{"protocol": 1}'))
+    about = json.loads(request(b'C{"protocol": 1}'))
     inputs = [signal["name"] for signal in about["inputs"]]
     values = [int(name == "power") for name in inputs]
     begun_at = time.monotonic()
     while time.monotonic() - begun_at < 2.0:
-        ask(b"S" + struct.pack(f"<II{len(values)}i", 1, 0, *values))
+        request(b"S" + struct.pack(f"<II{len(values)}i", 1, 0, *values))
         time.sleep(0.005)
-    report = json.loads(ask(b"R"))
+    report = json.loads(request(b"R"))
     assert report["is_off"] is False
     assert report["faults"]["extractor"] in ("none", "stall")  # the encoders stand still
     assert report["states"]["feeder"] == "unhomed"
     time.sleep(0.4)
-    report = json.loads(ask(b"R"))
+    report = json.loads(request(b"R"))
     assert report["is_off"] is True
     assert "no inputs for 100 ms" in [note["text"] for note in report["notes"]]
     assert report["cycles"] + report["missed"] > 2000
@@ -336,7 +336,7 @@ def test_real_time_loop_holds_inputs_and_is_safe_without(
     assert len(report["last_overruns"]) == min(16, report["overruns"])
     awake = sum(count for *_, count in report["jitter_ns"])  # that of the reporting cycle too
     assert awake == report["cycles"] + 1
-    ask(b"Q")
+    request(b"Q")
     printed, _ = process.communicate(timeout=20)
     socket.close()
     context.term()

@@ -191,10 +191,10 @@ def failure(folder: Path, fmu: Path) -> str:
     def play() -> None:
         process.begin()
         commands = np.zeros(len(PLANT.inputs), np.int32)
-        process.ask(b"I", commands.tobytes())
+        process.request(b"I", commands.tobytes())
         for number in range(1, 20):
-            process.ask(b"S", step_request(number, (), commands))
-        process.ask_json(b"R")
+            process.request(b"S", step_request(number, (), commands))
+        process.request_json(b"R")
 
     try:
         with pytest.raises(nodes.CellError) as caught:
