@@ -62,7 +62,7 @@ def test_what_the_commands_print(
     assert follow_page(DOCS / f"{page}.md", tmp_path, with_errors=False) == commands
     if page == "how-to/counterexamples":
         svg = (tmp_path / "garage.svg").read_text(encoding="utf-8")
-        assert "violated: never_stuck: gate.In(failed)" in svg
+        assert "violated: never_stuck: never: gate.In(failed)" in svg
 
 
 def test_the_index_of_the_cookbook_names_each_page() -> None:

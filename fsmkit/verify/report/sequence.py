@@ -64,8 +64,8 @@ class _Writer:
             parts += (Repetition(cycle, None),) if cycle else ()
         violated = result.verdict is Verdict.VIOLATED
         word = "violated" if violated else "reached"
-        told = result.text if result.text != result.name else ""
-        end = [f"{word}: {result.name}" + (f": {told}" if told else "")]
+        claim = f": {result.claim}" if result.text not in ("", result.name) else ""
+        end = [f"{word}: {result.name}{claim}"]
         if result.reason:
             end.append(result.reason)
         kept = [n for n in range(len(self._system.machines)) if n not in self._dropped]

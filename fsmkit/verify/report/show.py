@@ -50,12 +50,12 @@ def verdicts(report: Report) -> Table:
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     for result in report.results:
         word = Text(result.verdict.value.upper(), STYLES[result.verdict])
-        told = result.text if result.text != result.name else ""
+        claim = result.claim if result.text != result.name else ""
         if result.verdict is Verdict.HOLDS and result.trace is not None:
-            told += f" (in {len(result.trace.steps)} steps)"
+            claim += f" (in {len(result.trace.steps)} steps)"
         if result.reason:
-            told += f": {result.reason}" if told else result.reason
-        table.add_row(word, Text(result.name, "bold"), Text(told))
+            claim += f": {result.reason}" if claim else result.reason
+        table.add_row(word, Text(result.name, "bold"), Text(claim))
     return table
 
 
@@ -183,7 +183,7 @@ def _how(trace: Counterexample) -> Iterator[Text]:
 
 
 def _title(result: Result) -> str:
-    return f"{result.name}: {result.text}" if result.text else result.name
+    return f"{result.name}: {result.claim}" if result.text else result.name
 
 
 def counterexample(result: Result) -> RenderableType:

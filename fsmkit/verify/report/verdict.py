@@ -64,6 +64,13 @@ class Result:
     trace: Counterexample | None = None
     span: Span | None = None
 
+    @property
+    def claim(self) -> str:
+        """Return what is proved or refuted, such as ``never: gate.In(stuck)``."""
+        if self.kind is None or isinstance(self.kind.decided, Builtin):
+            return self.text
+        return f"{self.kind.key}: {self.text}"
+
 
 @dataclass(frozen=True)
 class Report:
@@ -144,7 +151,7 @@ def add_finding(result: Result, findings: Findings) -> None:
         message = f"`{result.name}` is undecided: {result.reason}"
         findings.add("undecided", message, result.span)
     elif result.verdict is Verdict.VIOLATED and result.kind is not None:
-        message = f"`{result.name}` {result.kind.refuted}: {result.text}"
+        message = f"`{result.name}` {result.kind.refuted}: {result.claim}"
         findings.add("violated-property", message, result.span)
 
 

@@ -711,7 +711,7 @@ SYSTEMS = {
     "several ends": wire(
         "gate.ready -> guard[0].came, guard[1].came",
         "an end of a connection is `machine.name`",
-        "for several ends write one connection for each",
+        "write one connection for each pair of ends",
     ),
     "an array for an element": wire(
         "gate.ready -> guard.came",
