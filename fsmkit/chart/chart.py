@@ -237,6 +237,14 @@ class Invocation:
     def __post_init__(self) -> None:
         guard(self, "id")
 
+    @property
+    def answers(self) -> tuple[Passage | None, ...]:
+        """By event of the invoked chart: what it becomes here, with all its fields."""
+        return tuple(
+            None if event is None else Passage(event, tuple(range(len(inner.fields))))
+            for event, inner in zip(self.returns, self.chart.events, strict=True)
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class CopyOf:

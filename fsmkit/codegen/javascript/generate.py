@@ -420,14 +420,8 @@ class ChartPrinter:
             for index, passage in enumerate(invocation.passages)
         ]
         returns = [
-            "null"
-            if event is None
-            else self._passage(
-                Passage(event, tuple(range(len(events[event].fields)))),
-                inner[index].fields,
-                events,
-            )
-            for index, event in enumerate(invocation.returns)
+            self._passage(passage, inner[index].fields, events)
+            for index, passage in enumerate(invocation.answers)
         ]
         return _object(
             {

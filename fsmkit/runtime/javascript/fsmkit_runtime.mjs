@@ -210,6 +210,7 @@ export class Machine {
     );
     if (lacking.length) throw new TypeError(`the host lacks what ${definition.name} calls: ${lacking.join(", ")}`);
     this.definition = definition;
+    this._sharing = definition.states.flatMap(({ shared }, state) => (shared.size > 0 ? [state] : []));
     this.host = host;
     /** Called with each line of the trace, unless null. */
     this.trace = null;
@@ -612,9 +613,9 @@ export class Machine {
       }
     }
     if (event !== NOTHING) {
-      const keeps = (state, index) =>
-        this._active[index] && state.shared.has(event) && !this._isAnswered(index, enabled);
-      if (isDeferred || states.some(keeps)) return [[], true];
+      const keeps = (state) =>
+        this._active[state] && states[state].shared.has(event) && !this._isAnswered(state, enabled);
+      if (isDeferred || this._sharing.some(keeps)) return [[], true];
     }
     return [this._withoutConflicts(enabled), false];
   }
@@ -704,7 +705,9 @@ export class Machine {
   _exit(domains) {
     const { states } = this.definition;
     const exits = [];
-    for (let state = states.length - 1; state > 0; state -= 1) {
+    const last = Math.max(0, ...domains.map((domain) => states[domain].last));
+    const first = Math.min(...domains);
+    for (let state = last; state > first; state -= 1) {
       const isLeft = (domain) => domain < state && state <= states[domain].last;
       if (this._active[state] && domains.some(isLeft)) exits.push(state);
     }

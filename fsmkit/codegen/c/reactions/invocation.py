@@ -72,27 +72,33 @@ class InvocationPrinter:
         with out.block("{"):
             out.line(f"{p}_event coming = {p}_no_event;")
             with out.block("switch (e->event) {"):
-                for event, known in enumerate(self.chart.invocations[slot].returns):
-                    if known is None:
+                for event, passage in enumerate(self.chart.invocations[slot].answers):
+                    if passage is None:
                         continue
                     out.line(f"case {inside.events[event]}:")
                     with out.indented():
-                        self._convert(out, slot, event, known)
+                        self._carry(out, inside, event, self.names, passage, "coming")
                         out.line("break;")
                 out.line("default:")
                 out.line(f"    return {p}_has_room({holder});")
             out.line(f"return {holder}->fsm.running && {p}_enqueue({holder}, &coming);")
         out.line()
 
-    def _convert(self, out: Emitter, slot: int, event: int, known: int) -> None:
-        names, inside = self.names, self.names.invoked[slot]
-        out.line(f"coming.event = {names.events[known]};")
-        for there, here in zip(
-            inside.chart.events[event].fields, self.chart.events[known].fields, strict=True
-        ):
-            source = f"e->of.{inside.payloads[event]}.{inside.field(there.name)}"
-            target = f"coming.of.{names.payloads[known]}.{names.field(here.name)}"
-            copy(out, Place(inside, there.type, source), Place(names, here.type, target))
+    def _carry(
+        self, out: Emitter, names: Names, event: int, target: Names, passage: Passage, to: str
+    ) -> None:
+        """Print that the variable ``to`` becomes what an event ``e`` is for another machine."""
+        payload, fields = names.payloads[event], names.chart.events[event].fields
+        out.line(f"{to}.event = {target.events[passage.event]};")
+        parts = target.chart.events[passage.event].fields
+        for part, place in zip(parts, passage.fields, strict=True):
+            text = f"{to}.of.{target.payloads[passage.event]}.{target.field(part.name)}"
+            there = Place(target, part.type, text)
+            if place is None:
+                put_default(out, there)
+            else:
+                text = f"e->of.{payload}.{names.field(fields[place].name)}"
+                copy(out, Place(names, fields[place].type, text), there)
 
     def _give(self, out: Unit, slot: int) -> None:
         """Print the function that puts an event into the queue of an invoked machine."""
@@ -111,28 +117,13 @@ class InvocationPrinter:
                     if passage is not None:
                         out.line(f"case {names.events[event]}:")
                         with out.indented():
-                            self._fill(out, slot, event, passage)
+                            self._carry(out, names, event, inside, passage, "given")
                             out.line("break;")
                 out.line("default:")
                 out.line("    return;")
             with out.block(f"if (!{inside.prefix}_post(&{member}, &given)) {{"):
                 out.line('FSM_HOOK_TEXT(m, FSM_FULL, "queue", 0);')
         out.line()
-
-    def _fill(self, out: Emitter, slot: int, event: int, passage: Passage) -> None:
-        names, inside = self.names, self.names.invoked[slot]
-        fields = self.chart.events[event].fields
-        out.line(f"given.event = {inside.events[passage.event]};")
-        for part, place in zip(
-            inside.chart.events[passage.event].fields, passage.fields, strict=True
-        ):
-            text = f"given.of.{inside.payloads[passage.event]}.{inside.field(part.name)}"
-            target = Place(inside, part.type, text)
-            if place is None:
-                put_default(out, target)
-            else:
-                source = f"e->of.{names.payloads[event]}.{names.field(fields[place].name)}"
-                copy(out, Place(names, fields[place].type, source), target)
 
     def _to_invoked(self, out: Unit, slots: tuple[int, ...], number: int) -> None:
         """Print the function that sends an event to the first of some machines that is running."""
