@@ -86,15 +86,20 @@ def is_sealed(data: bytes) -> bool:
 
 def scalars(type_: lang.Type) -> Iterator[lang.Type]:
     """Yield the types of the scalar parts of a type, in order."""
+    return (scalar for _, scalar in scalars_by_path(type_))
+
+
+def scalars_by_path(type_: lang.Type, path: str = "") -> Iterator[tuple[str, lang.Type]]:
+    """Yield the scalar parts of a type, in order: path within it, such as ``.x[0]``, and type."""
     match type_:
         case lang.ArrayType(element, length):
-            for _ in range(length):
-                yield from scalars(element)
-        case lang.RecordType(_, parts):
-            for part in parts:
-                yield from scalars(part.type)
+            for place in range(length):
+                yield from scalars_by_path(element, f"{path}[{place}]")
+        case lang.RecordType(_, fields):
+            for part in fields:
+                yield from scalars_by_path(part.type, f"{path}.{part.name}")
         case _:
-            yield type_
+            yield path, type_
 
 
 def flat(value: lang.Value) -> Iterator[lang.Value]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from itertools import product
 
 import pytest
@@ -66,6 +67,7 @@ def test_other_comments_stay(line: str) -> None:
     assert list(selected([line], {})) == [line]
 
 
+@cache
 def facts() -> dict[str, bool]:
     """Return the facts of the Python runtime, for the machine of some chart."""
     features = features_of(plain_case(0, 0).chart)
@@ -86,10 +88,11 @@ def test_the_runtime_uses_each_fact_and_no_other() -> None:
 @pytest.mark.parametrize("name", sorted(facts()))
 @pytest.mark.parametrize("others", [False, True])
 def test_the_runtime_is_sound_with_and_without_each_fact(name: str, *, others: bool) -> None:
+    word = "trace is not None" if name == "TRACED" else name
+    methods = [m for m in machine(saved=True, recorded=True).methods if word in m.text]
     texts = {}
     for value in (False, True):
         known = {**dict.fromkeys(facts(), others), name: value}
-        methods = [*machine(saved=True, recorded=True).methods]
         texts[value] = "\n".join("\n".join(needed_lines(m.text, known)) for m in methods)
         ast.parse(texts[value])
         assert not re.search(r"# (if|elif|else|endif)\b", texts[value])

@@ -13,6 +13,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from fsmkit.codegen.definitions import reached
 from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import Emitter
 
@@ -29,7 +30,7 @@ class Definition:
     name: str | None
     """Without the prefix; None where others may refer to it: it is always there."""
     lines: tuple[str, ...]
-    uses: frozenset[str]
+    names: frozenset[str]
 
 
 class Unit(Emitter):
@@ -47,8 +48,8 @@ class Unit(Emitter):
         ``name``: of what it defines, if nothing outside refers to it; its prefix may be left out.
         """
         if self._lines:
-            uses = frozenset(_SYMBOL.findall("\n".join(self._lines)))
-            self._ended.append(Definition(self._name, tuple(self._lines), uses))
+            names = frozenset(_SYMBOL.findall("\n".join(self._lines)))
+            self._ended.append(Definition(self._name, tuple(self._lines), names))
             self._lines.clear()
         self._name = None if name is None else name.removeprefix(f"{OWN}_")
 
@@ -66,18 +67,9 @@ class Unit(Emitter):
 def reachable(definitions: Iterable[Definition]) -> Iterator[Definition]:
     """Yield, in their order, the definitions that are always there and all that these need."""
     found = list(definitions)
-    by_name: dict[str, list[Definition]] = {}
-    for each in found:
-        if each.name is not None:
-            by_name.setdefault(each.name, []).append(each)
-    reached: set[str] = set()
-    waiting = [name for each in found if each.name is None for name in each.uses]
-    while waiting:
-        name = waiting.pop()
-        if name in by_name and name not in reached:
-            reached.add(name)
-            waiting += (used for each in by_name[name] for used in each.uses)
-    return (each for each in found if each.name is None or each.name in reached)
+    roots = (name for each in found if each.name is None for name in each.names)
+    needed = reached(found, roots)
+    return (each for each in found if each.name is None or each.name in needed)
 
 
 def spelt(definitions: Iterable[Definition], lower: str, upper: str) -> str:

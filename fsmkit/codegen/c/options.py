@@ -10,6 +10,7 @@ from fsmkit.chart.content import all_statements
 from fsmkit.chart.statements import Destination, Send
 from fsmkit.codegen.c.chosen import Chosen
 from fsmkit.codegen.existing_c.model import Binding
+from fsmkit.codegen.target import named_parts
 from fsmkit.diagnostics import Findings, Span, fail
 
 PARTS = {
@@ -60,8 +61,8 @@ class Options:
 
 def read_options(options: Mapping[str, str]) -> Options:
     """Return the options of a target; an error where one names what is not there."""
-    without = _named(options, "without", PARTS)
-    extras = _named(options, "with", EXTRAS)
+    without = named_parts(options, "without", PARTS)
+    extras = named_parts(options, "with", EXTRAS)
     aim = options.get("optimize", "")
     if aim not in ("", SIZE, COMPILING):
         raise fail(
@@ -70,19 +71,6 @@ def read_options(options: Mapping[str, str]) -> Options:
             help=f"use `{SIZE}`, or no aim: code is for speed then",
         )
     return Options(without, extras, bool(aim), is_tabled=aim == COMPILING)
-
-
-def _named(options: Mapping[str, str], option: str, known: Mapping[str, str]) -> frozenset[str]:
-    """Return the names that an option lists with commas; an error for one that is not known."""
-    listed = (name.strip() for name in options.get(option, "").split(","))
-    found = frozenset(filter(None, listed))
-    for name in sorted(found - known.keys()):
-        what = "leave out" if option == "without" else "add"
-        there = "; ".join(f"`{each}`: {meaning}" for each, meaning in known.items())
-        raise fail(
-            "unknown-part", f"there is no part `{name}` to {what}", help=f"known are {there}"
-        )
-    return found
 
 
 def report_missing(chart: Chart, options: Options, findings: Findings) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import fsmkit.language as lang
@@ -10,7 +10,7 @@ from fsmkit.chart.analysis.host_events import posted_events, sent_events
 from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.expressions.types import interval
 from fsmkit.codegen.c.storage import integer_storage
-from fsmkit.plan.image import flat
+from fsmkit.plan.image import flat, scalars_by_path
 from fsmkit.plan.plan import Plan
 
 INT32 = range(-(2**31), 2**31)
@@ -121,7 +121,7 @@ def _of_machine(chart: Chart, plan: Plan, joined: Joined, first: int) -> list[Va
     for number, (given, v) in enumerate(numbered):
         causality = "local" if number - before in joined.inputs else given
         values = list(flat(v.init.value))
-        for scalar, (path, type_) in enumerate(parts(v.type)):
+        for scalar, (path, type_) in enumerate(scalars_by_path(v.type)):
             if isinstance(type_, lang.SymbolType):
                 continue
             found.append(
@@ -167,7 +167,7 @@ def _of_machine(chart: Chart, plan: Plan, joined: Joined, first: int) -> list[Va
             _add(found, first, "CALL", name, number, operation.parameters, "output")
     for number, operation in enumerate(chart.operations):
         if operation.result is not None:
-            for scalar, (path, type_) in enumerate(parts(operation.result)):
+            for scalar, (path, type_) in enumerate(scalars_by_path(operation.result)):
                 name = f"result.{operation.name}{path}"
                 found.append(_typed(name, "RESULT", type_, number, 0, scalar, "input"))
     return found
@@ -187,25 +187,12 @@ def _add(
     found.append(Variable(name, source, number=number, causality=causality))
     inner = "PARAMETER" if source == "CALL" else "FIELD"
     for place, part in enumerate(fields):
-        for scalar, (path, type_) in enumerate(parts(part.type)):
+        for scalar, (path, type_) in enumerate(scalars_by_path(part.type)):
             if isinstance(type_, lang.SymbolType):
                 continue
             text = f"{name}.{part.name}{path}"
             variable = _typed(text, inner, type_, number, place, scalar, causality)
             found.append(replace(variable, clock=clock))
-
-
-def parts(type_: lang.Type) -> Iterator[tuple[str, lang.Type]]:
-    """Yield the scalars of a type with their paths."""
-    match type_:
-        case lang.ArrayType(element, length):
-            for place in range(length):
-                yield from ((f"[{place}]{path}", t) for path, t in parts(element))
-        case lang.RecordType(_, fields):
-            for part in fields:
-                yield from ((f".{part.name}{path}", t) for path, t in parts(part.type))
-        case _:
-            yield "", type_
 
 
 def _typed(

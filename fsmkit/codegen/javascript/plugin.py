@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fsmkit.codegen.target import Generated
-from fsmkit.diagnostics import Findings, fail
+from fsmkit.codegen.target import EXTRAS, Generated, named_parts
+from fsmkit.diagnostics import Findings
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
@@ -38,10 +38,7 @@ class JavaScriptTarget:
         )
         from fsmkit.plan.environment_only import report_environment_only
 
-        extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
-        for name in sorted(extras - {"save"}):
-            raise fail("unknown-part", f"there is no part `{name}` to add", help="there is `save`")
-        saved = "save" in extras
+        saved = "save" in named_parts(options, "with", {"save": EXTRAS["save"]})
         if not report_environment_only(chart, findings, "javascript-sometimes"):
             return None
         prefix = options.get("prefix")

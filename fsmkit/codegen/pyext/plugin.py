@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fsmkit.codegen.target import Generated
-from fsmkit.diagnostics import Findings, fail
+from fsmkit.codegen.target import EXTRAS, Generated, named_parts
+from fsmkit.diagnostics import Findings
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
@@ -35,7 +35,7 @@ class ExtensionTarget:
         from fsmkit.codegen.pyext.build import build, suffix
         from fsmkit.codegen.pyext.generate import generate, source_name
 
-        extras = read_extras(options, ("save", "records", "coverage"))
+        extras = named_parts(options, "with", EXTRAS)
         require_prefix(options.get("prefix"))
         report_limits(chart, findings)
         if findings.has_errors:
@@ -53,15 +53,6 @@ class ExtensionTarget:
             made = build(files, source_name(module), module.name)
             built[f"{module.name}{suffix()}"] = made
         return Generated(files, module.machine.figures, built)
-
-
-def read_extras(options: Mapping[str, str], known: Sequence[str]) -> frozenset[str]:
-    """Return what the option ``with`` names, with commas; an error for what is not known."""
-    extras = frozenset(filter(None, map(str.strip, options.get("with", "").split(","))))
-    for name in sorted(extras.difference(known)):
-        there = " and ".join(f"`{each}`" for each in known)
-        raise fail("unknown-part", f"there is no part `{name}` to add", help=f"there is {there}")
-    return extras
 
 
 PLUGIN = ExtensionTarget()

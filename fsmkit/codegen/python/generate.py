@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.content import functions_called
+from fsmkit.codegen.definitions import reached
 from fsmkit.codegen.python import (
     coverage,
     invoking,
@@ -21,7 +22,7 @@ from fsmkit.codegen.python.content import ContentPrinter, Needs
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.head import print_head, print_start, wrapped
-from fsmkit.codegen.python.lines import Lines, Piece, Uses, reached
+from fsmkit.codegen.python.lines import Lines, Piece, Uses
 from fsmkit.codegen.python.linking import LINK, ME, spelt
 from fsmkit.codegen.python.names import Names, members_of
 from fsmkit.codegen.python.selection import (

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from collections.abc import Set as AbstractSet
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from fsmkit.codegen.python.linking import ME, OWN, linked
 from fsmkit.emit import Emitter
@@ -40,34 +38,6 @@ class Piece:
     def outside(self) -> frozenset[str]:
         """Those that are not attributes: of its class or of the module."""
         return linked(self.text) | self.read.outside
-
-
-class Linked(Protocol):
-    """A definition that is linked by its name to those in which the name stands."""
-
-    @property
-    def name(self) -> str:
-        """What it defines."""
-
-    @property
-    def names(self) -> AbstractSet[str]:
-        """The names that it uses."""
-
-
-def reached(pieces: Iterable[Linked], names: Iterable[str]) -> set[str]:
-    """Return the names of the pieces that are needed for some names, directly or not."""
-    by_name: dict[str, list[Linked]] = {}
-    for piece in pieces:
-        by_name.setdefault(piece.name, []).append(piece)
-    found: set[str] = set()
-    todo = [name for name in names if name in by_name]
-    while todo:
-        name = todo.pop()
-        if name not in found:
-            found.add(name)
-            for piece in by_name[name]:
-                todo += [each for each in piece.names if each in by_name]
-    return found
 
 
 class Lines(Emitter):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fsmkit.codegen.target import Generated
-from fsmkit.diagnostics import Findings, fail
+from fsmkit.codegen.target import EXTRAS, Generated, named_parts
+from fsmkit.diagnostics import Findings
 
 if TYPE_CHECKING:
     from fsmkit.chart.chart import Chart
@@ -33,12 +33,7 @@ class PythonTarget:
         from fsmkit.codegen.python.names import file_name
         from fsmkit.plan.environment_only import report_environment_only
 
-        extras = set(filter(None, map(str.strip, options.get("with", "").split(","))))
-        for name in sorted(extras - {"save", "records", "coverage"}):
-            raise fail(
-                "unknown-part", f"there is no part `{name}` to add",
-                help="there is `save`, `records` and `coverage`",
-            )  # fmt: skip
+        extras = named_parts(options, "with", EXTRAS)
         if not report_environment_only(chart, findings, "python-sometimes"):
             return None
         prefix = options.get("prefix")

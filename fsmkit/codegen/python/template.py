@@ -9,7 +9,8 @@ from functools import cache
 from textwrap import dedent, indent
 
 from fsmkit.codegen.conditional import Facts
-from fsmkit.codegen.python.lines import Piece, reached
+from fsmkit.codegen.definitions import reached
+from fsmkit.codegen.python.lines import Piece
 from fsmkit.codegen.python.trimming import facts_of_family, trimmed_method, uses_of
 from fsmkit.runtime.library import PYTHON_LIBRARY
 

@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
-from fsmkit.codegen.fmu.variables import parts
 from fsmkit.codegen.target import SystemTarget
 from fsmkit.diagnostics import Findings
 from fsmkit.language import SymbolType, Type, Value, default_value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan import lower
-from fsmkit.plan.image import flat
+from fsmkit.plan.image import flat, scalars_by_path
 from fsmkit.plan.plan import Plan
 from fsmkit.plugins import plugin
 from fsmkit.runtime.host_methods import Delivery
@@ -146,6 +145,6 @@ def _scalars(type_: Type, value: object) -> Iterator[object]:
 
 def named(type_: Type, value: Value) -> Iterator[tuple[str, Value]]:
     """Yield what an FMU has variables for: all scalars but strings."""
-    for (path, scalar_type), scalar in zip(parts(type_), flat(value), strict=True):
+    for (path, scalar_type), scalar in zip(scalars_by_path(type_), flat(value), strict=True):
         if not isinstance(scalar_type, SymbolType):
             yield path, scalar
