@@ -93,6 +93,8 @@ class MachineTest:
                 self.out.line(f'printf(" %.17g", (double)({text}));')
             case lang.SymbolType():
                 self.out.line(f'printf(" \\"%s\\"", {self.type}_symbol({text}));')
+            case lang.IntType(_, hi) if hi > lang.INT64.hi:
+                self.out.line(f'printf(" %" PRIu64, {text});')
             case _:
                 self.out.line(f'printf(" %" PRId64, (int64_t)({text}));')
 

@@ -99,7 +99,7 @@ class Printer(Operators, lang.Walk[Fragment]):
 
     def invalid(self, expr: lang.Invalid) -> Fragment:  # noqa: ARG002
         """Print the failure of an expression that cannot be evaluated."""
-        return Fragment(f"fsm_fails({self.names.failure()})", "bool")
+        return Fragment(f"fsm_fails({self.failure()})", "bool")
 
     def loaded(self, text: str, type_: lang.Type) -> Fragment:
         """Return a stored value as one to compute with."""
@@ -171,7 +171,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         fragment = self.fragment(index)
         if is_inside(index, length):
             return fragment.text
-        return f"fsm_place({self.names.failure()}, {self.cast(fragment, 'int64_t')}, {length}u)"
+        return f"fsm_place({self.failure()}, {self.cast(fragment, 'int64_t')}, {length}u)"
 
     def _of_event(self, text: Callable[[Event], str]) -> str:
         """Return the number of a text that the event at hand has, 0 where there is none."""
@@ -211,7 +211,7 @@ class Printer(Operators, lang.Walk[Fragment]):
             inner = self.fragment(expr.operand).text
             return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
         if can_fail(expr.operand):
-            failed = self.names.failure()
+            failed = self.failure()
         if expr.noted:
             inner = self.fragment(expr.operand).text
             passed = f"{inner}, {failed}, {expr.counter}u, {expr.noted}u"
@@ -394,7 +394,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         """Print a number as a value of a type, with what happens where it is none."""
         fragment = self.fragment(expr.operand)
         if not isinstance(expr.type, lang.EnumType):
-            call = f"fsm_integer({self.names.failure()}, {self.as_double(fragment)})"
+            call = f"fsm_integer({self.failure()}, {self.as_double(fragment)})"
             return Fragment(call, "int64_t")
         type_ = expr.type
         ctype = computed(interval(type_)) or "int64_t"
@@ -413,7 +413,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         if expr.otherwise is not None:
             other = self.fragment(expr.otherwise).text
         else:
-            failed = f"(void)fsm_fails({self.names.failure()})"
+            failed = f"(void)fsm_fails({self.failure()})"
             first = self.fragment(lang.Literal(type_.numbers[0], type_, expr.span)).text
             other = f"({failed}, {first})"
         if not test:

@@ -60,6 +60,10 @@ class Operators:
         self.reads_machine = True
         return "m"
 
+    def failure(self) -> str:
+        """Return the address at which a failing operator notes it."""
+        return self.names.failure()
+
     def cast(self, fragment: Fragment, ctype: str) -> str:
         """Return a fragment as another C type; values are known to fit."""
         if fragment.ctype == ctype or ctype == "bool":
@@ -187,7 +191,7 @@ class Operators:
 
     def _quotient(self, op: lang.BinaryOp, a: str, b: str, ctype: str) -> Fragment:
         name = f"fsm_{QUOTIENTS[op]}_{SUFFIX[ctype]}"
-        return Fragment(f"{name}({self.names.failure()}, {a}, {b})", result_type(ctype))
+        return Fragment(f"{name}({self.failure()}, {a}, {b})", result_type(ctype))
 
     def _shift_right(self, a: str, count: str, ctype: str) -> Fragment:
         if ctype.startswith("u"):
@@ -264,7 +268,7 @@ class Operators:
         if overflow is lang.Overflow.NEAREST:
             return f"fsm_nearest{suffix}("
         if overflow is lang.Overflow.FAULT:
-            return f"fsm_within{suffix}({self.names.failure()}, "
+            return f"fsm_within{suffix}({self.failure()}, "
         self.names.used.add(f"clamp{suffix}")
         return f"{self.names.own}_clamp{suffix}({self.machine}, "
 

@@ -177,8 +177,10 @@ static void show_value(const fsm_machine_info *info, const fsm_type *type, const
         printf(" %.17g", fsm_float_at(type, place));
     } else if (type->kind == FSM_SYMBOL) {
         printf(" \"%s\"", info->symbol((uint32_t)fsm_bits_at(type, place)));
-    } else {
+    } else if (fsm_is_signed(type)) {
         printf(" %" PRId64, (int64_t)fsm_bits_at(type, place));
+    } else {
+        printf(" %" PRIu64, fsm_bits_at(type, place));
     }
 }
 

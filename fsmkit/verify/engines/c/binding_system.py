@@ -147,12 +147,11 @@ def _evaluate_one(
     def test(state: int) -> str:
         return _active(built[property_.owner or 0], state)
 
-    def symbol(text: str) -> int:
-        return built[used[0]].names.symbol(text)
-
     machines = {f"m{index}": f"const {built[index].prefix} *" for index in used}
     helpers = Helpers(f"evaluate_{number}", machines, out)
-    condition = ConditionPrinter(access, test, symbol, helpers).print(property_.condition)  # type: ignore[arg-type]
+    names = built[property_.owner or (used or [0])[0]].names
+    printer = ConditionPrinter(names, access=access, test=test, helpers=helpers)
+    condition = printer.condition(property_.condition)  # type: ignore[arg-type]
     sign = "!" if property_.is_negated else ""
     out.line(f"/* {comment(property_.name)}: {property_.kind.key} */")
     more = ", const bool *occurs" if property_.is_of_steps else ""
@@ -160,7 +159,9 @@ def _evaluate_one(
         for index in used:
             out.line(f"const {built[index].prefix} *m{index} = machines[{index}];")
             out.line(f"(void)m{index};")
-        out.lines(["uint8_t failed = FSM_FINE;", f"bool holds = (bool)({condition});"])
+        out.line("uint8_t failed = FSM_FINE;")
+        out.lines(f"{ctype} {name};" for ctype, name in printer.temporaries)
+        out.line(f"bool holds = {condition};")
         out.line(f"return {sign}(holds && failed == FSM_FINE);")
     out.line()
 

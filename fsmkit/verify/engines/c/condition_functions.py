@@ -12,6 +12,8 @@ from typing import Any, Protocol
 
 import fsmkit.language as lang
 from fsmkit.chart.statements import Assign, ForEach, If, Local, Return
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.storage import storage
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.emit import Emitter, legal
 from fsmkit.emit.c import comment
@@ -21,14 +23,20 @@ from fsmkit.language.evaluation import rounds_of
 class Printer(Protocol):
     """Prints the conditions in which functions are called, and what the functions evaluate."""
 
-    def print(self, expr: lang.Expr) -> str:
-        """Return an expression, in parentheses where it needs them."""
+    names: Names
+    temporaries: list[tuple[str, str]]
 
-    def place(self, variable: lang.Variable) -> str:
+    def value(self, expr: lang.Expr, type_: lang.Type | None = None) -> str:
+        """Return an expression as a value of a type is stored."""
+
+    def condition(self, expr: lang.Expr) -> str:
+        """Return an expression as a condition."""
+
+    def place(self, expr: lang.Expr) -> str:
         """Return the C text of a variable."""
 
     def inside(self, names: Mapping[str, str]) -> Printer:
-        """Return what prints the body of a function, which has names of its own."""
+        """Return a printer for the body of a function, which has names of its own."""
 
 
 @dataclass(slots=True)
@@ -48,7 +56,7 @@ class Helpers:
         held: dict[str, str] = {}
         for parameter, argument in zip(expr.function.parameters, expr.arguments, strict=True):
             if not isinstance(parameter.type, lang.ArrayType | lang.RecordType):
-                passed.append(printer.print(argument))
+                passed.append(printer.value(argument, parameter.type))
             elif isinstance(argument, lang.Variable):
                 held[parameter.name] = printer.place(argument)
             else:
@@ -67,20 +75,23 @@ class Helpers:
         self, function: lang.FunctionBody, held: Mapping[str, str], printer: Printer
     ) -> tuple[str, ...]:
         """Return the lines of a function, which has no name yet."""
-        locals_ = dict(held)
+        locals_, records = dict(held), printer.names.records
         taken = [f"{ctype} {name}" for name, ctype in self.machines.items()]
-        taken.append("uint8_t *told")
+        taken.append("uint8_t *reported")
         for parameter in function.parameters:
             if parameter.name not in held:
-                locals_[parameter.name] = f"v_{legal(parameter.name)}"
-                taken.append(f"{_ctype(parameter.type)} {locals_[parameter.name]}")
+                name = locals_[parameter.name] = f"v_{legal(parameter.name)}"
+                taken.append(f"{storage(parameter.type, records).text} {name}")
         body = _Body(function, printer.inside(locals_), locals_, Emitter())
-        body.out.line(f"static {_ctype(function.result)} (){', '.join(taken)})")
-        with body.out.block("{"):
-            body.out.line("uint8_t failed = FSM_FINE;")
-            body.out.lines(f"(void){name};" for name in self.machines)
-            body.statements(function.body)
-        return body.out.collected()
+        body.statements(function.body)
+        out = Emitter()
+        out.line(f"static {storage(function.result, records).text} (){', '.join(taken)})")
+        with out.block("{"):
+            out.line("uint8_t failed = FSM_FINE;")
+            out.lines(f"{ctype} {name};" for ctype, name in body.printer.temporaries)
+            out.lines(f"(void){name};" for name in self.machines)
+            out.lines(body.out.collected())
+        return out.collected()
 
 
 @dataclass(slots=True)
@@ -101,10 +112,10 @@ class _Body:
         out, printer = self.out, self.printer
         match statement:
             case Local(place, value) if value is not None:
-                self._declare(place, printer.print(value))
+                self._declare(place, printer.value(value, place.type))
                 self._check()
-            case Assign(lang.Variable(name), value) if name in self.names:
-                out.line(f"{self.names[name]} = {printer.print(value)};")
+            case Assign(lang.Variable(name, type_), value) if name in self.names:
+                out.line(f"{self.names[name]} = {printer.value(value, type_)};")
                 self._check()
             case If(branches):
                 self._if(branches)
@@ -112,22 +123,25 @@ class _Body:
                 self._loop(statement)
             case Return(value):
                 with out.block("{"):
-                    ctype = _ctype(self.function.result)
-                    out.line(f"const {ctype} result = ({ctype}){printer.print(value)};")
+                    text = printer.value(value, self.function.result)
+                    out.line(f"const {self._ctype(self.function.result)} result = {text};")
                     self._check()
                     out.line("return result;")
             case _:
                 raise _unexplored(self.function)
 
+    def _ctype(self, type_: lang.Type) -> str:
+        return storage(type_, self.printer.names.records).text
+
     def _check(self) -> None:
         with self.out.block("if (failed != FSM_FINE) {"):
-            self.out.lines(["*told = failed;", "return 0;"])
+            self.out.lines(["*reported = failed;", "return 0;"])
 
     def _declare(self, place: lang.Variable, value: str) -> None:
         if isinstance(place.type, lang.ArrayType | lang.RecordType):
             raise _unexplored(self.function)
         name = self.names[place.name] = f"v_{legal(place.name)}"
-        self.out.lines([f"{_ctype(place.type)} {name} = {value};", f"(void){name};"])
+        self.out.lines([f"{self._ctype(place.type)} {name} = {value};", f"(void){name};"])
 
     def _if(self, branches: tuple[Any, ...]) -> None:
         if not branches:
@@ -138,7 +152,7 @@ class _Body:
             return
         out = self.out
         with out.block("{"):
-            out.line(f"const bool holds = (bool)({self.printer.print(first.condition)});")
+            out.line(f"const bool holds = {self.printer.condition(first.condition)};")
             self._check()
             with out.block("if (holds) {"):
                 self.statements(first.body)
@@ -152,18 +166,14 @@ class _Body:
             if isinstance(array, lang.Numbers):
                 numbers = ", ".join(f"INT64_C({number})" for number in array.numbers)
                 out.line(f"static const fsm_value in_{at}[] = {{{numbers}}};")
-                value = f"in_{at}[{at}]"
+                value = f"({self._ctype(loop.item.type)})in_{at}[{at}]"
             else:
-                value = f"({_ctype(array.type.element)})({self.printer.place(array)}[{at}])"
+                value = f"{self.printer.place(array)}[{at}]"
             with out.block(f"for (uint32_t {at} = 0u; {at} < {rounds_of(loop)}u; {at}++) {{"):
                 self._declare(loop.item, value)
                 if loop.index is not None:
-                    self._declare(loop.index, f"(fsm_value){at}")
+                    self._declare(loop.index, f"({self._ctype(loop.index.type)}){at}")
                 self.statements(loop.body)
-
-
-def _ctype(type_: lang.Type) -> str:
-    return "double" if isinstance(type_, lang.FloatType) else "fsm_value"
 
 
 def _unexplored(function: lang.FunctionBody) -> FsmkitError:
