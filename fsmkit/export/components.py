@@ -30,7 +30,7 @@ Cube = Mapping[int, frozenset[int]]
 FEW = 3
 """So many values are listed one by one."""
 NUMBERS = frozenset(map(str, range(256)))
-"""Values that stand for themselves."""
+"""Values that are their own words."""
 TRUTH = ["false", "true"]
 
 

@@ -22,7 +22,7 @@ from fsmkit.system.properties.property import AtStates, Builtin, OverGraph, Prop
 from fsmkit.verify.engines.python.evaluate import evaluate_property
 
 MOST_CASES = 1 << 14
-"""Combinations of what machines show that are tried for one comparison."""
+"""Combinations of machines' values that are tried for one comparison."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ def claims(
 
 
 def form_of(property_: Property) -> Form | None:
-    """Return the form of a property; None if it is none of these."""
+    """Return the form of a property; None for other kinds."""
     match property_.kind.decided:
         case Builtin.DEADLOCK:
             return Form.NEVER

@@ -18,9 +18,9 @@ from fsmkit.runtime.interpreter.snapshot import Delayed, Snapshot, Timeout, Time
 from fsmkit.verify.report.counterexample import occurrence_text
 
 Key = tuple[str, object]
-"""A component: its name, and what tells it from others of that name."""
+"""A component: its name, and what distinguishes it from others of that name."""
 ARMED_FIRST: Key = ("armed_first", None)
-"""The order in which timers were armed: a component only where the others do not tell it."""
+"""The order in which timers were armed: a component only if the others do not imply it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from functools import reduce
 
 Json = dict[str, "Json"] | list["Json"] | str | int | bool | None
-"""What a JSON document is made of."""
+"""A value of a JSON document."""
 SIGNS = {
     "∨": ("||", 1),  # noqa: RUF001  (JANI's sign)
     "∧": ("&&", 1),

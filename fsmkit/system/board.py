@@ -51,7 +51,7 @@ class BoardKind(Protocol):
     board_key: str
     """The outermost key by which a file in YAML is one of a board."""
     board_suffixes: tuple[str, ...]
-    """What the names of such files end with."""
+    """The end of the names of such files."""
     board_keys: Keys
     """The outermost keys."""
 

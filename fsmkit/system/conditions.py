@@ -48,7 +48,7 @@ class _Reader:
     called: dict[str, tuple[int, str]] = field(default_factory=dict)
     """By the name of a function in the condition: whose it is, and its own."""
     holders: dict[str, list[int]] = field(default_factory=dict)
-    """Which machines hold shared data, by the names met so far."""
+    """The machines that hold shared data, by the names found so far."""
     places: dict[str, int] = field(default_factory=dict)
     """The machines by name, once one is looked for."""
     failed: bool = False

@@ -32,7 +32,7 @@ class Links:
     events: tuple[EventLink, ...]
     inputs: tuple[InputLink, ...]
     machines: tuple[Machine, ...] = ()
-    """Those that stand for connections, to follow all others."""
+    """The machines that model connections, to follow all others."""
 
 
 @dataclass(frozen=True, slots=True)

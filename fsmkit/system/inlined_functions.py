@@ -10,11 +10,11 @@ from fsmkit.language import FunctionBody, InState, Storage, Type, Variable
 from fsmkit.language.walk import held
 
 Read = Callable[[Variable | InState], Variable]
-"""Returns the variable that stands for one of the chart, or for whether a state is active."""
+"""Returns the condition's variable for one of the chart, or for whether a state is active."""
 
 
 def inline_function(function: FunctionBody, name: str, read: Read) -> FunctionBody:
-    """Return a function under a name, in which other variables stand for those of the chart."""
+    """Return a renamed function whose variables are those of the condition."""
     changed: FunctionBody = _rename_variables(function, read)
     return replace(changed, name=name)
 

@@ -9,7 +9,7 @@ from fsmkit.system.system import System
 
 
 def report_limits(system: System, findings: Findings) -> bool:
-    """Report unsupported features with a replacement for each; return whether there are none.
+    """Report unsupported features with a replacement for each; return whether all is supported.
 
     Raises `FsmkitError` if the machines have different ticks.
     """

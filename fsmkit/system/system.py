@@ -60,7 +60,7 @@ class System:
     """It is one chart alone, open or not: a chart is compiled, not a system."""
     free_inputs: tuple[FreeInput, ...] = ()
     sampled: tuple[tuple[str, Use], ...] = ()
-    """Of what in these two not every value that makes a difference is there, and why."""
+    """Sources in these two whose relevant values are not all included, and why."""
     replaced: tuple[tuple[str, str], ...] = ()
     """Machines that run another chart than the file says, with the path of that chart."""
     parameters: tuple[tuple[str, str], ...] = ()

@@ -66,7 +66,7 @@ RANGES = {
     "timeout": (0, 1_000_000_000),
     "max_pending": (0, UNLIMITED),
 }
-"""The least and the greatest value of what is a number; only ``timeout`` may have a fraction."""
+"""The minimum and the maximum of numeric options; only ``timeout`` may have a fraction."""
 Progress = Callable[[int, int, int], None]
 """Called now and then with states, transitions and depth."""
 
@@ -100,13 +100,13 @@ class ExplorationOptions:
     reductions: frozenset[str] = frozenset(REDUCTIONS)
     storage: Storage = Storage.EXACT
     seed: int = 0
-    """Of the hashes, where less than a state is stored: with another one others are missed."""
+    """The seed of the hashes of lossy storage: with another one other states are missed."""
     search: Search = Search.AUTO
     order: tuple[str, ...] = ()
     """Names of machines, those of the highest levels of a diagram first; the others follow."""
     max_pending: int | None = None
-    """Events that may wait when another comes from outside (`UNLIMITED`: it never waits). None: 1,
-    but in a symbolic search that was asked for, no limit where queues do not overflow by that."""
+    """Events that may wait when an external one occurs (`UNLIMITED`: it never waits). None: 1,
+    but in a requested symbolic search no limit if queues do not overflow by that."""
     covers: bool = False
     """A way to each transition and each state is kept, for `verify.testgen.cover`."""
     ends_at: frozenset[str] = frozenset()

@@ -34,7 +34,7 @@ class Expression:
     text: str
     tree: lang.Expr
     atoms: tuple[tuple[str, Atom], ...]
-    """What the names of a condition over several machines mean."""
+    """The meaning of the names in a condition over several machines."""
     value: Callable[[Sequence[Snapshot]], lang.Value]
     """Its value; `ContentError` or `RangeFault` where it has none."""
 

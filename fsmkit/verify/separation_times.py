@@ -17,7 +17,7 @@ from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 from fsmkit.verify.statespace.exploration import End
 
 DELAYS_WATCHED = 64
-"""Times are told apart up to so many times the longest delay, unless it is said how far."""
+"""Times are distinguished by default up to so many times the longest delay."""
 
 
 @dataclass(frozen=True, slots=True)

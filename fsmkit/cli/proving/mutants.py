@@ -85,7 +85,7 @@ def command(
             deadline=deadline,
             progress=lambda done, wanted, what: shown(f"mutant {done + 1:,} of {wanted:,}: {what}"),
             recall=kept.recall,
-            tell=tell,
+            store=tell,
         )
     for error in found.failed:
         report(error.diagnostics)

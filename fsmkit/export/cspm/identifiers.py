@@ -91,6 +91,6 @@ class Script(Emitter):
             self.line(f"-- {one_line(line)}".rstrip())
 
     def title(self, text: str) -> None:
-        """Write a comment that begins a part."""
+        """Write a comment at the start of a part."""
         self.remark(f"--- {comment(text)} {'-' * (80 - len(text))}")
         self.line()

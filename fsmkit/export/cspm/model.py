@@ -57,7 +57,7 @@ def write_model(network: Network, findings: Findings | None = None) -> str:
 
 
 QUEUE_WORDS = ("SEEN", "THEN", "UNSEEN")
-"""What the process of a queue refers to: its contents, the check of new ones, its dead end."""
+"""The names in the process of a queue: its contents, the check of new ones, its dead end."""
 
 
 class _Writer:

@@ -26,7 +26,7 @@ follow; `{spec}` has the steps of the base, each after its unobservable ones. Th
 that of `fsmkit refine`.\
 """
 LONGEST = 60
-"""Letters of a name that is made of all that is seen of a step."""
+"""Letters of a name built from the base's view of a step."""
 
 
 @notating

@@ -29,7 +29,7 @@ MACROS = (
     *("CALM", "FAULT", "FEW_WAIT", "MONITORS_WAIT", "NO_ROOM", "PLANT_WAITS", "QUEUES"),
     *("bad_", "begins_", "goal_"),
 )
-"""How names of macros begin, which would stand for something else in a field."""
+"""The prefixes of macros, which would be replaced in a field."""
 OWN = ("_at", "_local", "_machine", "_queue")
 """How names end that are made from machines."""
 FORMS = (Form.NEVER, Form.REACHED, Form.LEADS_TO)

@@ -23,7 +23,7 @@ class Data:
     machine: int
     automaton: Automaton
     flags: dict[int, str] = field(default_factory=dict)
-    """States that a query asks for in many locations: a variable says whether each is active."""
+    """States that a query tests in many locations: each has a variable for being active."""
     names: Names = field(init=False)
     declared: list[Declared] = field(default_factory=list)
     variables: dict[str, str] = field(default_factory=dict)
@@ -32,7 +32,7 @@ class Data:
     clocks: dict[object, str] = field(default_factory=dict)
     scratch: dict[str, Declared] = field(default_factory=dict)
     bindings: dict[str, Fragment] = field(default_factory=dict)
-    """What stands for parts of the event at hand, and for inputs, before the first update."""
+    """The terms for parts of the current event, and for inputs, before the first update."""
     bound: set[str] = field(default_factory=set)
     """Paths of those that were printed since `bind`."""
     selects: dict[str, str] = field(default_factory=dict)

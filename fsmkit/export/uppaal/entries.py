@@ -9,7 +9,7 @@ from fsmkit.language import Expr, Value
 from fsmkit.runtime.interpreter.snapshot import Delayed, Timeout
 
 AT_HAND = 0
-"""The number of the event that a macrostep begins with; those that it raises are numbered on."""
+"""The number of the first event of a macrostep; the raised ones follow."""
 FIRST_SLOT = 1000
 """From here on, what is numbered are the slots of delayed sends."""
 

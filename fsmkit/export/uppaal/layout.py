@@ -19,7 +19,7 @@ from fsmkit.export.uppaal.network import Edge, Label, Location, Point, Template
 LINE, LETTER = 17, 7
 """Pixels of a line of a label, and of a letter, in UPPAAL's editor."""
 LONGEST = 48
-"""Letters after which a label goes on in another line, if it has a part to begin it with."""
+"""Letters after which a label continues in another line, if it has a further part."""
 INDENT, GAP = 2, 2
 MOST_EDGES = 400
 """Lines that Graphviz lays out; templates with more are not for the eye."""
@@ -27,7 +27,7 @@ SECONDS = 20
 FEWEST, SHARE = 4, 0.25
 """A hub is entered from so many locations, and from such a share of all."""
 STRIP, HEAD = 30, 48
-"""Of a card: the width of the strip below the location, and the height of its name."""
+"""The width of a card's strip below the location, and the height of its name."""
 WIDE, BETWEEN, INCH = 56, 60, 72
 HIGH = 2400
 """A drawing that is so high, in pixels, is folded."""

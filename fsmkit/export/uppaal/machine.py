@@ -42,7 +42,7 @@ STOPPED = "#d98880"
 
 
 Recorded = tuple[tuple[tuple[int, frozenset[int] | None], ...], ...]
-"""Cases of what histories have recorded, by their states; no case: it does not matter."""
+"""Cases of recorded histories, by their states; no case: it does not matter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Beginning:
     pops: bool = False
     starts: bool = False
     given: tuple[tuple[str, lang.Fragment, tuple[str, int, int] | None], ...] = ()
-    """What stands for a path before anything is stored, and the selection that gives it."""
+    """The term for a path before the first update, and the selection that provides it."""
 
 
 @dataclass(slots=True)

@@ -118,7 +118,7 @@ class Network:
     """The content of a file."""
 
     remark: tuple[str, ...]
-    """Lines of comment at its beginning."""
+    """Lines of comment at its start."""
     declarations: Declarations
     templates: tuple[Template, ...]
     queries: tuple[Query, ...] = field(default=())

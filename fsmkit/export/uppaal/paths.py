@@ -30,7 +30,7 @@ from fsmkit.system.machine import OBSERVED
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 
 MOST_PATHS = 4096
-"""Ways through one macrostep; with more, the chart is refused."""
+"""Paths through one macrostep; with more, the chart is rejected."""
 STANDING = 1 << 60
 """From here on lie the deadlines of timers that were armed before."""
 

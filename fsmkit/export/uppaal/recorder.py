@@ -44,9 +44,9 @@ MOST_LIMITS = 1 << 14
 """Expressions whose limits are kept."""
 NUMBER = lang.IntType(-(2**30), -1)
 AT = "#at"
-"""The one field of each event of a recording chart: which event at hand this is."""
+"""The only field of each event of a recording chart: the number of the current event."""
 NOBODY, BLANK = -2, -1
-"""No event is at hand; one that the platform has raised, without a payload."""
+"""No current event; an event that the platform has raised, without a payload."""
 
 INSIDE, OUTSIDE = 0, 2
 INSIDE_TYPE = lang.IntType(0, 1)
@@ -62,7 +62,7 @@ class Term:
 
     expr: lang.Expr
     needs: tuple[lang.Expr, ...]
-    """What the interpreter evaluates for it, in order: states, results; then name and number."""
+    """The interpreter's values for it, in order: states, results; then name and number."""
     names: frozenset[str]
     """The variables that it reads."""
     reads_event: bool

@@ -53,7 +53,7 @@ class DeploymentRequest:
     folder: Path
     """The folder of the deployment: paths are relative to it."""
     options: Mapping[str, Text]
-    """What `links` says, by the carrier's keys."""
+    """The options in `links`, by the carrier's keys."""
     tables: Mapping[str, Node]
     """Those that are no text."""
     every: int
@@ -81,7 +81,7 @@ class Network(Protocol):
 
 
 ForeignNetwork = object
-"""What joins a foreign node with others, as its carrier has read it."""
+"""The network of a foreign node, as its carrier read it."""
 
 
 @runtime_checkable

@@ -55,7 +55,7 @@ class Deployment:
     """A system distributed over nodes. ``placed[machine]``: its node; None in the environment."""
 
     written: System
-    """What is explored: as its file has it, with the latencies of its carriers."""
+    """The explored system: that of its file, with the latencies of its carriers."""
     system: System
     """Without the models of its connections, which the links of the nodes replace."""
     nodes: tuple[str, ...]
@@ -70,7 +70,7 @@ class Deployment:
     foreign: tuple[ForeignNode | None, ...] = ()
     """By node: what it is, None where it runs machines of fsmkit."""
     network: Network | None = None
-    """What joins the nodes of fsmkit, if their links need more than endpoints."""
+    """The network between nodes of fsmkit, if their links need more than endpoints."""
     foreign_networks: Mapping[int, ForeignNetwork] = field(default_factory=dict)
     """By place: what joins a foreign node, where its carrier has found something."""
     watchdog: int = WATCHDOG

@@ -38,7 +38,7 @@ from fsmkit.system.machine import port_name
 from fsmkit.system.system import System
 
 PICTURES = (".svg", ".png", ".pdf")
-"""What Graphviz makes of its text."""
+"""The kinds of pictures by Graphviz."""
 MOST_PICTURED = 2_000
 """States of a picture, beyond which the layout takes many minutes."""
 

@@ -21,7 +21,7 @@ from fsmkit.verify.campaign.jobs import Job, Outcome
 from fsmkit.verify.campaign.work import perform
 
 TRIES = 3
-"""How often a job is begun, if its worker dies."""
+"""How often a job is started, if its worker dies."""
 AHEAD = 64
 """Jobs that a worker of a cluster is given ahead."""
 FEW = 8

@@ -24,7 +24,7 @@ from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.fields import Fields
 
 MUTANTS_AT_ONCE, CHARTS_AT_ONCE = 10, 100
-"""Of one job."""
+"""Limits of one job."""
 MOST = 1_000_000
 """Jobs of a campaign, and values of a range: more are a mistake."""
 NUMBER = re.compile(r"-?[0-9]{1,18}")

@@ -22,7 +22,7 @@ from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.storage import Storage
 
 Found = tuple[str, str, Mapping[str, Any]]
-"""A verdict, why, and what else is told."""
+"""A verdict, its reason, and further results."""
 
 
 def perform(job: Job) -> Outcome:

@@ -300,7 +300,7 @@ static bool choose_storage(fsm_search *search, const options *o)
     return false;
 }
 
-/* Of a lossy table: how full each part is, and how many bits it has, or lines (hash_compaction.h). */
+/* For a lossy table: how full each part is, and how many bits it has, or lines (hash_compaction.h). */
 static void print_table(const fsm_hash_compaction *lossy)
 {
     if (lossy == NULL)

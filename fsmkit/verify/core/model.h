@@ -133,7 +133,7 @@ typedef struct {
     bool (*fair)(void *self, fsm_state state, const fsm_steps *steps, uint32_t *actions);
 
     /* Sets (to 1) actions that count as possible at a state without a step there: untimed, of machines that move in
-     * turns, each armed timer, which would fire if it were its turn. NULL: there are none. */
+     * turns, each armed timer, which would fire if it were its turn. NULL: no such actions. */
     void (*armed)(void *self, fsm_state state, unsigned char *actions);
 
     size_t (*memory)(void *self); /* bytes the model itself holds, once it has put away what only threads needed */

@@ -82,7 +82,7 @@ def evaluate_mutants(
     deadline: Deadline | None = None,
     progress: Progress | None = None,
     recall: Callable[[Mutant], Evaluated | None] = nothing_known,
-    tell: Callable[[Evaluated], None] | None = None,
+    store: Callable[[Evaluated], None] | None = None,
 ) -> Campaign:
     """Change a system in one location each, and return whether a property detects the change.
 
@@ -92,13 +92,13 @@ def evaluate_mutants(
         others: Systems with the same charts. A mutant that no property of the first detects is
             evaluated there, too, as far as possible.
         count: How many mutants to evaluate (0: all).
-        seed: Of the order in which they are tried.
+        seed: The seed of the order in which they are tried.
         part: The changes to try, as a slice of that order.
         properties: The properties that shall detect them (empty: all).
         deadline: When to end, with the results until then.
         progress: Called before each mutant.
         recall: Returns the fate of a mutant in an earlier campaign, or None.
-        tell: Called with each mutant after its evaluation, except for recalled ones.
+        store: Called with each mutant after its evaluation, except for recalled ones.
 
     Raises:
         FsmkitError: ``unproved-original`` if the exploration of the original does not end, so that
@@ -120,7 +120,7 @@ def evaluate_mutants(
                 if progress is not None:
                     what = f"{mutant.machine}: {mutant.operator}"
                     progress(len(tally.evaluated), tally.wanted, what)
-                tally.take(mutant, recall, tell)
+                tally.take(mutant, recall, store)
         except KeyboardInterrupt:
             tally.ended = "it was interrupted"
         except TimeUp:
@@ -174,7 +174,7 @@ class _Tally:
         self,
         mutant: Mutant,
         recall: Callable[[Mutant], Evaluated | None],
-        tell: Callable[[Evaluated], None] | None,
+        store: Callable[[Evaluated], None] | None,
     ) -> None:
         """Evaluate a mutant, unless it is equal to an earlier one; then it counts as tried."""
         try:
@@ -192,9 +192,9 @@ class _Tally:
         evaluated = known or evaluate(places)
         self.evaluated.append(evaluated)
         self.tried += 1
-        if known is None and tell is not None:
+        if known is None and store is not None:
             try:
-                tell(evaluated)
+                store(evaluated)
             except FsmkitError as error:
                 raise _NotKeptError(error) from error
 

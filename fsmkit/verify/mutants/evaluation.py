@@ -26,7 +26,7 @@ MOST_PAIRS = 200_000
 """Pairs of sets of states that a comparison looks at, at most."""
 COMPARING, LOOKING = 30.0, 5.0
 """Seconds that a comparison takes at most; if a system has more states than `MOST_PAIRS`, so that
-a difference may be found, but never that there is none."""
+a difference may be found, but equivalence is never proved."""
 PATIENCE, LEAST = 5, 60.0
 """A mutant may take so many times the seconds of the original, and so many seconds more."""
 
@@ -54,7 +54,7 @@ class _Holding:
 def evaluate(places: Iterable[tuple[Evaluator, Mutant, System]]) -> Evaluated:
     """Return the fate of a mutant, which is the first of the given ones, in its systems.
 
-    The first system with a violated property decides. If there is none, the mutant is compared with
+    The first system with a violated property decides. If all hold, the mutant is compared with
     the original in one system after the other, until they differ.
     """
     first: Mutant | None = None

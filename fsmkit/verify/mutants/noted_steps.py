@@ -11,7 +11,7 @@ from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
 SEEN = 1 << 24
-"""The first note that stands for what a step shows; below are the notes that an exploration has."""
+"""The first note for observable effects; lower notes are those of an exploration."""
 
 
 class Seen:

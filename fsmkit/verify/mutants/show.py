@@ -153,7 +153,7 @@ def document(found: Campaign) -> Mapping[str, object]:
 
 def _evaluated(found: Campaign, evaluated: Evaluated) -> Mapping[str, object]:
     mutant, contrast = evaluated.mutant, evaluated.contrast
-    told: dict[str, object] = {
+    record: dict[str, object] = {
         "machine": mutant.machine,
         "operator": mutant.operator,
         "what": mutant.what,
@@ -164,13 +164,13 @@ def _evaluated(found: Campaign, evaluated: Evaluated) -> Mapping[str, object]:
         "systems": list(evaluated.systems),
     }
     if evaluated.why:
-        told["why"] = evaluated.why
+        record["why"] = evaluated.why
     if evaluated.fate is Fate.SURVIVING:
-        told["diff"] = list(diff(found, evaluated))
+        record["diff"] = list(diff(found, evaluated))
     if contrast is not None and contrast.lines:
-        told["run"] = list(contrast.steps)
-        told["run_of"] = "mutant" if contrast.in_mutant else "original"
+        record["run"] = list(contrast.steps)
+        record["run_of"] = "mutant" if contrast.in_mutant else "original"
     elif contrast is not None:
-        told["why"] = contrast.why
-        told["local"] = list(contrast.local)
-    return told
+        record["why"] = contrast.why
+        record["local"] = list(contrast.local)
+    return record

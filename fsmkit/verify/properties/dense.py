@@ -20,7 +20,7 @@ from fsmkit.verify.statespace.exploration import Answer, End, Exploration, Trail
 FEW = 1_000_000
 """States in discrete time that an exploration surely reaches the end of."""
 WATCHED = 16
-"""Delays are told apart up to so many units beyond what they may be."""
+"""Delays are distinguished up to so many units beyond their limit."""
 
 
 def temporal_answers(
@@ -62,10 +62,10 @@ def _measure_delay(built: CEngine, closed: ClosedSystem, number: int, memory: in
     properties = closed.system.properties
     ticks = properties[number].ticks
     most = ticks // closed.unit + WATCHED
-    found, told = built.watch(number, goal_place(properties, number), most, memory, 0)
+    found, record = built.watch(number, goal_place(properties, number), most, memory, 0)
     if found.end is not End.COMPLETE:
         return Answer(number, known=False)
-    pending = told["pending"]
+    pending = record["pending"]
     greatest = None if pending is None else pending[0]
     late = greatest is None or greatest > ticks
     return Answer(number, known=True, violated=late, greatest=greatest)
@@ -79,24 +79,24 @@ def _decide_runs(
         return
     command = [str(built.program), "--memory", str(memory), *built.temporal_options(numbers)]
     command += built.limits(0)
-    told = built.result(command, progress)
-    end = End(told["outcome"])
-    given_up = f" ({told['why']})" if told["why"] and end is End.FAILED else ""
-    cut_short = f"{ENDS.get(end)}{given_up} after {told['states']:,} states{_remedy(end, told)}"
-    texts = told["temporal"] or [None] * len(numbers)
+    record = built.result(command, progress)
+    end = End(record["outcome"])
+    given_up = f" ({record['why']})" if record["why"] and end is End.FAILED else ""
+    cut_short = f"{ENDS.get(end)}{given_up} after {record['states']:,} states{_remedy(end, record)}"
+    texts = record["temporal"] or [None] * len(numbers)
     for number, text in zip(numbers, texts, strict=True):
         answer = Answer(number, known=False) if text is None else built.answer(number, text)
-        why = answer.why + _remedy(end, told) if end is End.COMPLETE and answer.why else cut_short
+        why = answer.why + _remedy(end, record) if end is End.COMPLETE and answer.why else cut_short
         yield answer if answer.known else replace(answer, why=why)
 
 
-def _remedy(end: End, told: Mapping[str, Any]) -> str:
+def _remedy(end: End, record: Mapping[str, Any]) -> str:
     """Return an option that decides a property that zones left undecided, if one is known.
 
     ``most_discrete`` bounds the number of states in discrete time: each timer has any remaining
     time. A program that ran out of time before its start has not counted them.
     """
-    most = told.get("most_discrete", 0)
+    most = record.get("most_discrete", 0)
     if 0 < most <= FEW:
         return f"; try `--time discrete`, which has at most {most:,.0f} states"
     options = {End.TIME: "a longer `--timeout`", End.MEMORY: "more `--memory`"}

@@ -65,8 +65,8 @@ def summary(found: Refinement) -> RenderableType:
 
 def line(verdict: Verdict, claim: str, doubt: str) -> Text:
     """Return the line of a verdict."""
-    told = Text.assemble((verdict.value.upper(), STYLES[verdict]), f"  {claim}")
-    return told.append(f": {doubt}") if doubt else told
+    record = Text.assemble((verdict.value.upper(), STYLES[verdict]), f"  {claim}")
+    return record.append(f": {doubt}") if doubt else record
 
 
 def _steps(found: Refinement) -> Table:
@@ -80,19 +80,19 @@ def _steps(found: Refinement) -> Table:
 
 
 def _seen(found: Refinement, move: Move) -> list[str]:
-    told = []
+    record = []
     for group in move.word:
         if group.stimulus is not None and move.done.event != group.stimulus.event:
-            told.append(occurrence_text(found.base, group.stimulus.event))
-        told += [_shown(found.base, shown) for shown in group.shown]
+            record.append(occurrence_text(found.base, group.stimulus.event))
+        record += [_shown(found.base, shown) for shown in group.shown]
     before, after = move.done.before.data, move.done.after.data
     chart = found.derived
     for place, output in enumerate(chart.outputs, len(chart.data)):
         known = any(output.name == o.name for o in found.base.outputs)
         if known and before[place] != after[place]:
             tick = chart.capacities.tick
-            told.append(f"{output.name} = {show(after[place], output.type, tick)}")
-    return told
+            record.append(f"{output.name} = {show(after[place], output.type, tick)}")
+    return record
 
 
 def _shown(base: Chart, shown: Shown) -> str:
@@ -131,7 +131,7 @@ def _why(found: Refinement) -> str:
 
 def document(found: Refinement) -> Mapping[str, object]:
     """Return the comparison as data for JSON."""
-    told: dict[str, object] = {
+    record: dict[str, object] = {
         "verdict": verdict_of(found).value,
         "derived": found.derived.name,
         "base": found.base.name,
@@ -141,10 +141,10 @@ def document(found: Refinement) -> Mapping[str, object]:
         "seconds": round(found.seconds, 3),
     }
     if found.doubt:
-        told["reason"] = found.doubt
+        record["reason"] = found.doubt
     if found.violated:
-        told["reason"] = _why(found)
-        told["trace"] = [
+        record["reason"] = _why(found)
+        record["trace"] = [
             {
                 "event": _cause(found.derived, move),
                 "to": list(leaves(found.derived, move.done.after)),
@@ -152,4 +152,4 @@ def document(found: Refinement) -> Mapping[str, object]:
             }
             for move in found.path
         ]
-    return told
+    return record

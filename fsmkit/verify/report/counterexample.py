@@ -97,7 +97,7 @@ class Replay:
         self._tick = closed.charts[0].capacities.tick
         self._pending: list[Message] = []
         self._inputs: dict[int, Value] = {}
-        """Of those that are chosen, the values of the last step."""
+        """The values of chosen inputs in the last step."""
         self.loses = False
         """Some event was lost so far."""
 

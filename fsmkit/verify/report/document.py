@@ -100,15 +100,15 @@ def time_of(found: Report) -> str:
 
 
 def _evaluated(one: Result) -> Mapping[str, object]:
-    told: dict[str, object] = {
+    record: dict[str, object] = {
         "name": one.name,
         "kind": one.kind.key if one.kind is not None else one.name.rpartition(".")[2],
         "verdict": one.verdict.value,
     }
     if one.reason:
-        told["reason"] = one.reason
+        record["reason"] = one.reason
     if one.trace is not None:
-        told["trace"] = as_json(one.trace)
-        told["replayed"] = list(one.trace.replayed)
-        told |= {"shortest": False} if one.trace.is_longer else {}
-    return told
+        record["trace"] = as_json(one.trace)
+        record["replayed"] = list(one.trace.replayed)
+        record |= {"shortest": False} if one.trace.is_longer else {}
+    return record

@@ -7,7 +7,7 @@ import math
 SHOWN = 18
 """Digits up to which all are shown."""
 MOST_DIGITS = 4000
-"""Digits up to which a number is one in JSON: Python reads and writes no longer ones by itself."""
+"""Digits up to which a number is one in JSON: Python reads and writes no longer ones by default."""
 DIGITS = 3
 
 

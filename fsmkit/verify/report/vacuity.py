@@ -17,11 +17,11 @@ from fsmkit.verify.statespace.exploration import Exploration
 
 
 def vacuous(found: Exploration, number: int, property_: Property) -> str:
-    """Return the source of the condition that never holds; empty if there is none.
+    """Return the source of the condition that never holds; empty without one.
 
     Args:
         found: A complete exploration.
-        number: Of the property, in the order of the system.
+        number: The number of the property in the system.
         property_: A property that holds.
 
     """

@@ -81,7 +81,7 @@ from fsmkit.verify.statespace.dead_variables import ResettableVariable, resettab
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
 MAX_PENDING_BEFORE_INPUT = 1
-"""Events that may wait in all queues together when another comes from outside."""
+"""Events that may wait in all queues together when an external one occurs."""
 UNLIMITED = 0xFFFFFFFF
 """A bound beyond all queues: external events never wait."""
 
@@ -114,11 +114,11 @@ class ClosedSystem:
     zones: bool = False
     """Time is dense, see ``core/zones/timed.h``; ``unit`` then only divides all delays."""
     covers: bool = False
-    """Each transition taken and each state entered is marked, so that a way there is known."""
+    """Each taken transition and each entered state is marked, with a path to it."""
     mortal: tuple[tuple[ResettableVariable, ...], ...] = ()
     """For each machine the data that are reset where they are dead; empty: none of any."""
     max_pending: int = MAX_PENDING_BEFORE_INPUT
-    """Events that may wait in all queues together when another comes from outside."""
+    """Events that may wait in all queues together when an external one occurs."""
     overflowing: tuple[int, ...] = ()
     """Machines whose queues were seen to overflow without a limit."""
 
@@ -218,7 +218,7 @@ class ClosedSystem:
 
 
 def is_watchdog(chart: Chart, transition: Transition) -> bool:
-    """Return whether a transition is a watchdog, as are all that wait for the same timer."""
+    """Return whether a transition is a watchdog, like all that wait for the same timer."""
     if transition.timer is None:
         return transition.watchdog
     return all(t.watchdog for t in chart.alternatives[transition.timer])

@@ -26,7 +26,7 @@ class End(Enum):
 
     COMPLETE = "complete"
     DECIDED = "decided"
-    """Everything that was asked for has been seen."""
+    """All requested marks have been seen."""
     MEMORY = "memory"
     TIME = "time"
     INTERRUPTED = "interrupted"
@@ -66,7 +66,7 @@ class Answer:
     path: tuple[int, ...] = ()
     cycle: tuple[int, ...] = ()
     greatest: int | None = None
-    """Of `within`: the greatest time in ticks; None if it has no bound, or never begins."""
+    """For `within`: the maximum time in ticks; None if it has no bound, or never starts."""
     why: str = ""
     """Why it is not known, if that is not for want of memory."""
     is_longer: bool = False
@@ -84,9 +84,9 @@ class Figures:
     states: frozenset[int]
     transitions: frozenset[int]
     spread: Spread = UNKNOWN
-    """How its local states differ; asked where an exploration does not come to its end."""
+    """How its local states differ; computed if an exploration is incomplete."""
     saved: tuple[bytes, ...] = ()
-    """Its local states as saved machines (`runtime.packing`), where they were asked for."""
+    """Its local states as saved machines (`runtime.packing`), if requested."""
 
 
 IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)
@@ -124,11 +124,11 @@ class Exploration:
     """Why a livelock or a trap is not known, if that is not for want of memory."""
     temporal: tuple[Answer, ...] = ()
     table: LossyTable | None = None
-    """What states were stored in, if not exactly: then some may have been missed."""
+    """The table of lossy storage, by which states may have been missed; None: exact."""
     diagram: Diagram | None = None
-    """What states were kept as, if not one by one: then ``depth`` is unknown, and 0."""
+    """The diagram of the states, if any: then ``depth`` is unknown, and 0."""
     traffic: Traffic | None = None
-    """What processes sent each other, if there were several; ``bytes`` are those of all."""
+    """The messages between processes, if there were several; ``bytes`` are those of all."""
     explicit_states: int = 0
     """Beside a diagram: states that were also looked at one by one, for properties that need it."""
 

@@ -23,7 +23,7 @@ class Kind(Enum):
     """The kind of a part of a local state."""
 
     QUEUE = "queue"
-    """What waits in the queue, and what is deferred: they share its capacity."""
+    """The queue with its deferred events: they share its capacity."""
     TIMERS = "timers"
     INPUT = "input"
     DATA = "data"
@@ -93,8 +93,8 @@ def spread_of(chart: Chart, snapshots: Sequence[Snapshot]) -> Spread:
     return Spread(len(rows), tuple(found))
 
 
-def read_spread(told: Mapping[str, Any] | None) -> Spread:
+def read_spread(record: Mapping[str, Any] | None) -> Spread:
     """Parse the explorer's output (core/system/spread.c)."""
-    if told is None:
+    if record is None:
         return UNKNOWN
-    return Spread(told["states"], tuple((values, others) for values, others in told["parts"]))
+    return Spread(record["states"], tuple((values, others) for values, others in record["parts"]))

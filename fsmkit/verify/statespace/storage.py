@@ -11,7 +11,7 @@ from typing import Any
 from fsmkit.diagnostics import fail
 
 COMPACT_BITS = 24
-"""Bits that stand for a state in its line of the table (``core/store/hash_compaction.h``)."""
+"""Bits that represent a state in its line of the table (``core/store/hash_compaction.h``)."""
 BIT_FUNCTIONS = 3
 """Bitstate: bits of the table that a state sets."""
 NEEDS_EXACT = "it needs the whole graph, so exact storage (`--storage exact`)"
@@ -66,12 +66,12 @@ class LossyTable:
         return mean if self.storage is Storage.BITSTATE else mean / 2**COMPACT_BITS
 
 
-def read_table(told: Mapping[str, Any] | None) -> LossyTable | None:
+def read_table(record: Mapping[str, Any] | None) -> LossyTable | None:
     """Return the table from the explorer's output (``core/main.c``); None for exact storage."""
-    if told is None:
+    if record is None:
         return None
-    storage = Storage(told["storage"])
-    return LossyTable(storage, tuple(told["filled"]), told["room"], told["bytes"])
+    storage = Storage(record["storage"])
+    return LossyTable(storage, tuple(record["filled"]), record["room"], record["bytes"])
 
 
 def expected_omissions(match: float, states: int) -> float:

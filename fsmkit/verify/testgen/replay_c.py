@@ -137,7 +137,7 @@ LEAST_ROOM = 4096
 def _room(closed: ClosedSystem, scenarios: Sequence[Scenario]) -> int:
     """Return the number of bytes for the expected output of any step, twice."""
     texts = (
-        "\n".join(_expected(closed.charts[command.machine], command.told))
+        "\n".join(_expected(closed.charts[command.machine], command.trace_step))
         for scenario in scenarios
         for command in commands(closed, scenario.steps)
     )
@@ -157,7 +157,7 @@ def _header(chart: Chart, sources: dict[str, None]) -> tuple[str, frozenset[str]
 
 
 SEEN = ("op", "out", "d", "=")
-"""Lines that tell what a host can see."""
+"""Lines that a host can observe."""
 
 
 def _scenario(
@@ -178,12 +178,12 @@ def _scenario(
             before = last.get(command.machine)
             elapsed = None if before is None else command.now - before
             last[command.machine] = command.now
-            told = _name(closed, command.machine) + ": " + command.told.cause
-            out.line(f"/* {command.number}. {comment(told)} */")
+            label = _name(closed, command.machine) + ": " + command.trace_step.cause
+            out.line(f"/* {command.number}. {comment(label)} */")
             writer_.step(out, command, f"m{command.machine}", elapsed)
-            out.line(f"if (differs({command.number}, {quoted(told)},")
+            out.line(f"if (differs({command.number}, {quoted(label)},")
             with out.indented():
-                lines = list(_expected(closed.charts[command.machine], command.told))
+                lines = list(_expected(closed.charts[command.machine], command.trace_step))
                 out.lines(quoted(f"{line}\n") for line in lines[:-1])
                 out.line(f"{quoted(lines[-1] + chr(10))}) != 0)")
                 out.line("return 1;")
@@ -195,9 +195,9 @@ def _name(closed: ClosedSystem, number: int) -> str:
     return closed.system.machines[number].name
 
 
-def _expected(chart: Chart, told: TraceStep) -> Iterator[str]:
+def _expected(chart: Chart, trace_step: TraceStep) -> Iterator[str]:
     """Yield the observable output of a step; active states by name."""
-    for line in map(plain, explorer_step(chart, told)):  # each line becomes a string of C
+    for line in map(plain, explorer_step(chart, trace_step)):  # each line becomes a string of C
         what, *words = line.split(" ")
         if what == "=":
             names = [chart.states[int(w)].id if w.isdecimal() else w for w in words]

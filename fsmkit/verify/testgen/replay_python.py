@@ -55,7 +55,7 @@ class _Machine:
         self._machine: Any = load_machine(self._chart, traced=True)(self._host)
         self._machine.trace = self._lines.append
         self._width: int = getattr(self._machine, "WIDTH", 0)
-        """Of payloads; a machine whose events carry none has no such constant."""
+        """The types of payloads; a machine without payloads has no such constant."""
 
     def perform(self, command: Command) -> list[str]:
         """Take one step; return its trace, without the line with the time."""

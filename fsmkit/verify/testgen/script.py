@@ -49,7 +49,7 @@ class Command:
     due: bool
     late: int
     choices: tuple[int, ...]
-    told: TraceStep
+    trace_step: TraceStep
 
 
 def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Command]:
@@ -61,14 +61,14 @@ def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Comma
     posts: list[list[Occurrence]] = [[] for _ in machines]
     elapsed = Fraction(0)
     whole = not closed.untimed and all(
-        told.step is None or told.step.ticks.denominator == 1 for told in steps
+        trace_step.step is None or trace_step.step.ticks.denominator == 1 for trace_step in steps
     )
-    for number, told in enumerate(steps, 1):
-        step, done = told.step, told.done
+    for number, trace_step in enumerate(steps, 1):
+        step, done = trace_step.step, trace_step.done
         if step is None or done is None:
             elapsed += (step.ticks if step is not None else 0) or closed.unit
             continue
-        machine = numbers[told.machine]
+        machine = numbers[trace_step.machine]
         before = done.before
         changed = [
             (n, now)
@@ -79,8 +79,7 @@ def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Comma
         if shared and step.action is Action.START:
             raise fail(
                 "not-expressible",
-                f"`{told.machine}` starts with shared data that others have written: no test is "
-                "made of that",
+                f"`{trace_step.machine}` starts with shared data of others, which no test can set",
                 machines[machine].span,
             )
         changed += shared
@@ -98,10 +97,10 @@ def commands(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Comma
             number, machine, step.action, floor(elapsed), tuple(changed), tuple(posts[machine]),
             occurs, _may_defer(closed.charts[machine], before), waiting,
             due, -done.at if due else 0,
-            step.choices[len(closed.free_inputs) :], told,
+            step.choices[len(closed.free_inputs) :], trace_step,
         )  # fmt: skip
         posts[machine] = []
-        for message in told.messages:
+        for message in trace_step.messages:
             if message.event is not None:
                 posts[message.target].append(message.event)
             elif message.input >= len(closed.charts[message.target].inputs):

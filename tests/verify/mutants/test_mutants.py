@@ -241,7 +241,7 @@ def interrupt_after(number: int, path: Path, folder: Path) -> None:
         if len(seen) == number:
             raise KeyboardInterrupt
 
-    first = evaluate_mutants(subject, options, recall=kept.recall, tell=interrupted)
+    first = evaluate_mutants(subject, options, recall=kept.recall, store=interrupted)
     assert (first.evaluated, first.ended) == (tuple(seen), "it was interrupted")
     assert first.left == first.possible - number - first.same - first.broken
 

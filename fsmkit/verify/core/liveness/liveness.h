@@ -17,7 +17,7 @@ bool fsm_find_unrecoverable(fsm_search *search, uint32_t mark, fsm_lasso *found)
  * them from some time on and never happens. `timeless`: no time passes in this system; then runs that come to no stable state any more count
  * too, if nothing fair is possible for ever and never happens.
  *
- * The path leads to the nearest asking state that need not be answered, and from there on to a cycle, if
+ * The path leads to the nearest request that may stay without a response, and from there on to a cycle, if
  * the run does not end. */
 bool fsm_find_violations(fsm_search *search, uint32_t request, uint32_t answer, bool timeless, fsm_lasso *found);
 

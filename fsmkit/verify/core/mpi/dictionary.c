@@ -76,7 +76,7 @@ static uint32_t hash_struct(const unsigned char *bytes, size_t size, uint32_t ma
     return (uint32_t)h;
 }
 
-/* Of all states that a node has. */
+/* Hashes all states of a node. */
 static bool hash_states(fsm_dictionary *self, const fsm_node *node)
 {
     size_t index = (size_t)(node - self->tree->nodes);
@@ -178,7 +178,8 @@ bool fsm_dictionary_send_footprint(fsm_dictionary *self, uint32_t peer, fsm_foot
     return !wire->failed;
 }
 
-/* --- hearing ------------------------------------------------------------------------------------------- */
+/* --- receiving
+ * ---------------------------------------------------------------------------------------- */
 
 static uint32_t received(const fsm_places *table, fsm_unread *from)
 {

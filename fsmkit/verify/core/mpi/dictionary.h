@@ -1,18 +1,21 @@
-/* dictionary.h: states of the system, in words that another rank understands.
+/* dictionary.h: the encoding of states of the system for another rank.
  *
- * Each rank numbers local states, and the states of groups (tree.h), as they come. What a state is, whoever numbers it, are the
- * structs of its machines: their hash says which rank owns it. To send it, a rank says of each half in which place of a table,
- * which it keeps for each peer and each node of the tree, that half stands; where it stands in none yet, it goes ahead: of a
- * group the places of its children, of a machine the struct itself. So a state is two small numbers, and each struct goes to each
- * peer about once. The tables are of limited size, and a place may be taken by another one later: what is sent is understood in
- * the order in which it was sent, so both sides agree at each moment. Footprints (sleep_sets.h) go the same way. */
+ * Each rank numbers local states, and the states of groups (tree.h), in the order of their
+ * discovery. The identity of a state, independent of these numbers, is the structs of its
+ * machines: their hash determines the rank that owns it. A rank sends each half of it as an
+ * index of a table that it keeps for each peer and each node of the tree. A half without an
+ * index is sent before: for a group the indices of its children, for a machine the struct
+ * itself. So a state is two small numbers, and each struct is sent to each peer about once. The
+ * tables are of limited size, and an index may be reused later: messages are decoded in the
+ * order in which they were sent, so both sides agree at each moment. Footprints (sleep_sets.h)
+ * are sent in the same manner. */
 #ifndef FSM_DICTIONARY_H
 #define FSM_DICTIONARY_H
 
 #include "mpi/wire.h"
 #include "system/tree.h"
 
-/* What stands in each place; the number of places is a power of two, or 0. */
+/* The entry at each index; the number of entries is a power of two, or 0. */
 typedef struct {
     uint32_t *items;
     uint32_t room;

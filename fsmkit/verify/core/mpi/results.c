@@ -1,5 +1,5 @@
-/* The search as a whole: what all ranks found comes together in rank 0, which builds the paths, by itself, from stop to stop, and
- * prints the result. */
+/* The whole search: rank 0 collects the results of all ranks, builds the paths from stop to
+ * stop, and prints the result. */
 #define _XOPEN_SOURCE 700
 #include "mpi/ranks.h"
 
@@ -21,7 +21,8 @@ typedef struct {
     bool known;
 } chain;
 
-/* --- asking --------------------------------------------------------------------------------------------- */
+/* --- requests
+ * -------------------------------------------------------------------------------------------- */
 
 static void write_member(const fsm_ranks *self, const fsm_member *member, fsm_wire *wire)
 {

@@ -75,7 +75,7 @@ static void measure(approach *self, const uint32_t *values, bool forwards)
         ;
 }
 
-/* Of the state that is unfolded. */
+/* Returns the distance of the unfolded state. */
 static uint32_t distance_of(const approach *self)
 {
     uint32_t sum = 0;
@@ -88,7 +88,7 @@ static uint32_t distance_of(const approach *self)
 
 /* --- the state to go to -------------------------------------------------------------------------------- */
 
-/* Of each node of a set, the least sum of distances of values on a path down; its first pair. */
+/* For each node of a set, the least sum of distances of values on a path down; its first pair. */
 typedef struct {
     uint32_t least, pair;
 } descent;

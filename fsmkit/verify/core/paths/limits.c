@@ -1,6 +1,6 @@
 #include "paths/limits.h"
 
-/* Of searches for ways: states of one that keeps each, after distances are tried; and nodes for these. */
+/* Limits of searches for paths: states of the explicit search, after distances are tried; and nodes of distances. */
 enum { MOST_STATES = 50000000, MOST_NODES = 20000000, WIDE = 32 };
 
 uint64_t fsm_as_many(uint64_t states)

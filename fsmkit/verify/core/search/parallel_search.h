@@ -1,9 +1,9 @@
-/* parallel_search.h: a layer expanded by several threads, with the same result as by one: what is found is put in
- * the order in which one thread would have found it.
+/* parallel_search.h: a layer expanded by several threads, with the same result as by one: the found states are put in
+ * the order in which one thread would have found them.
  *
- * A layer is taken by blocks, a block in three rounds. First its states are shared out by chunks; what they lead to
- * and the set does not know yet is noted, for each shard of the set by itself. Then each shard of the set
- * takes in what was noted for it, in the order of chunks, and keeps of it what was new. Last each chunk
+ * A layer is taken by blocks, a block in three rounds. First its states are shared out by chunks; their unknown
+ * successors are noted, separately for each shard of the set. Then each shard of the set
+ * adds the states noted for it, in the order of chunks, and keeps the new ones. Last each chunk
  * appends its new states to the next layer. Within a round nobody reads what another one writes. */
 #ifndef FSM_PARALLEL_SEARCH_H
 #define FSM_PARALLEL_SEARCH_H

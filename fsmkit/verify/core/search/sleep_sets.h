@@ -58,7 +58,7 @@ bool fsm_sleep_sets_init(fsm_sleep_sets *self);
 void fsm_sleep_sets_free(fsm_sleep_sets *self);
 size_t fsm_sleep_sets_bytes(const fsm_sleep_sets *self);
 
-/* Number of a footprint; FSM_NONE if memory ran out. If there are too many, it is 0. One thread at a time may ask; others
+/* Number of a footprint; FSM_NONE if memory ran out. If there are too many, it is 0. One thread at a time may call this; others
  * may meanwhile use the numbers that they know. */
 uint32_t fsm_sleep_sets_number(fsm_sleep_sets *self, const fsm_footprint *footprint);
 

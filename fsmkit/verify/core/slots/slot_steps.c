@@ -275,7 +275,7 @@ static bool needs_room(const finding *self, uint32_t first)
     return found;
 }
 
-/* Of windows from one length to another. In the shortest one there is room: where no step queues anything, none would in the others,
+/* Files the steps of windows from one length to another. In the shortest one there is room: where no step queues anything, none would in the others,
  * so that these have the same steps. */
 static bool add_windows(finding *self, uint32_t what, uint32_t least, uint32_t most, part requested, fsm_change_condition condition)
 {

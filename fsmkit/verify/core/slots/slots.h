@@ -132,7 +132,7 @@ static inline uint32_t fsm_clock_elapsed(uint32_t clock)
     return clock == FSM_CLOCK_DUE ? FSM_NONE : clock == FSM_CLOCK_NONE ? clock : clock - 1;
 }
 
-/* What a window is for: what a machine does by itself, where a value is the first that waits, where nothing does (FSM_WINDOW_IDLE),
+/* The purpose of a window: the own steps of a machine, where a value is the first that waits, where nothing does (FSM_WINDOW_IDLE),
  * and whatever waits; external events, where all are queued, or where the first is deferred, but no more; the effect of an
  * expired timer, where nothing waits. Other numbers are values. */
 enum { FSM_WINDOW_IDLE = 0 };
@@ -153,7 +153,7 @@ bool fsm_slots_set_agree(fsm_slots *self, uint32_t machine, uint32_t base, uint3
 uint32_t fsm_slots_short_window(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t what, uint32_t count, uint32_t clock);
 
 /* Notes that some step from a base sets the clock so; false if memory ran out. Where it is so already, that step may be none, or
- * one with another step: then its clock matters, else FSM_CLOCK_FAR stands for it. */
+ * one with another step: then its clock matters, else FSM_CLOCK_FAR represents it. */
 bool fsm_slots_set_clock(fsm_slots *self, uint32_t machine, uint32_t base, uint32_t clock);
 uint32_t fsm_slots_clock_that_matters(const fsm_slots *self, uint32_t machine, uint32_t base, uint32_t clock);
 

@@ -82,7 +82,7 @@ static fsm_put put_bits(fsm_hash_compaction *self, uint64_t home)
     return FSM_ADDED;
 }
 
-/* --- hash compaction: a home is a line, and the bits that stand for the state ----------------------------- */
+/* --- hash compaction: a home is a line, and the bits that represent the state ---------------------------- */
 
 static line *line_at(const fsm_hash_compaction *self, uint64_t number)
 {

@@ -6,7 +6,7 @@
  *
  * A state that is new may so be taken for one that is known, never the other way round. The table has parts, so that as
  * many threads can add to it at once, each to parts of its own; their number is fixed, as no part can be made anew. What
- * is hashed are the numbers that the model gave: where several threads ask it these depend on who was first, and so does
+ * is hashed are the numbers that the model gave: if several threads call it, these depend on which was first, and so does
  * which states are missed. */
 #ifndef FSM_HASH_COMPACTION_H
 #define FSM_HASH_COMPACTION_H
@@ -40,7 +40,7 @@ typedef struct {
     fsm_hash_compaction_part parts[FSM_HASH_COMPACTION_PARTS];
 } fsm_hash_compaction;
 
-/* Makes a table of so many bytes (at least a line for each part), or of as many as can be had. False if there are none. */
+/* Makes a table of so many bytes (at least a line for each part), or of as many as can be had. False if there is no memory. */
 bool fsm_hash_compaction_init(fsm_hash_compaction *self, fsm_storage storage, size_t bytes);
 void fsm_hash_compaction_free(fsm_hash_compaction *self);
 

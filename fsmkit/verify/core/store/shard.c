@@ -27,7 +27,7 @@ static uint64_t mask_of(const fsm_shard *self)
     return (UINT64_C(1) << bits_of(self)) - 1;
 }
 
-/* Of an odd number, modulo 2^64: Newton's iteration doubles the bits that are right. */
+/* The inverse of an odd number, modulo 2^64: Newton's iteration doubles the bits that are right. */
 static uint64_t inverse(uint64_t odd)
 {
     uint64_t x = odd;

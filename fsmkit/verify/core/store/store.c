@@ -35,7 +35,7 @@ static uint64_t mixed(uint64_t h, uint64_t word)
     return h ^ h >> 32;
 }
 
-/* Of four words at a time: those of one block do not wait for each other. */
+/* The hash of four words at a time: those of one block do not wait for each other. */
 enum { LANES = 4, BLOCK = LANES * sizeof(uint64_t) };
 
 static uint64_t hash_of_blocks(const unsigned char *bytes, size_t count, uint64_t h)

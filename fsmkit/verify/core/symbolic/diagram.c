@@ -535,7 +535,7 @@ fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_compositio
     fine = fsm_answers_init(&self->answers, options->temporal, options->temporal_count, options->timeless) && fine;
     if (fine && self->order != NULL && self->marks != NULL && self->shown != NULL && self->unknown != NULL && self->paths != NULL
         && self->longer != NULL) {
-        fsm_knowledge_serve(&self->knowledge); /* other searches ask what this one knows */
+        fsm_knowledge_serve(&self->knowledge); /* other searches use the facts of this one */
         read_marks(self->shown, self->mark_count, options->ways);
         return self;
     }

@@ -25,7 +25,7 @@ typedef struct {
 
 typedef struct fsm_diagram fsm_diagram;
 
-/* Of the system, over a composition of it. `memory`: bytes for nodes. `pause`, which may be NULL, is called now and then while
+/* Creates a diagram of the system, over a composition of it. `memory`: bytes for nodes. `pause`, which may be NULL, is called now and then while
  * it searches. NULL if memory ran out. */
 fsm_diagram *fsm_diagram_make(const fsm_diagram_options *options, fsm_composition *composition, size_t memory,
                               void (*pause)(void *), void *context);

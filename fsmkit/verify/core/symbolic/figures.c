@@ -10,7 +10,7 @@
 
 /* --- counts ------------------------------------------------------------------------------------------- */
 
-/* Of the states below a node: how many there are; how many allow a class of steps; steps of machines up to here; states in
+/* Figures of the states below a node: how many there are; how many allow a class of steps; steps of machines up to here; states in
  * which all machines up to here have nothing to do, and among them those in which no timer is awaited; states in which nothing
  * waits, is fair or has failed, and among them those in which all rest. */
 enum { STATES, ALLOWS, STEPS = ALLOWS + FSM_CLASS_TIME, IDLE, UNTIMED, QUIET, RESTING, SUMS };

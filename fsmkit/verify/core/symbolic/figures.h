@@ -19,7 +19,7 @@ typedef struct {
 bool fsm_figures_find(fsm_symbolic *symbolic, fsm_figures *self, bool *marks);
 void fsm_figures_free(const fsm_symbolic *symbolic, fsm_figures *self);
 
-/* About the binary logarithm of how many states were found; 0 if there are none. */
+/* About the binary logarithm of the number of found states; 0 without states. */
 double fsm_log_states(const fsm_symbolic *symbolic);
 
 #endif

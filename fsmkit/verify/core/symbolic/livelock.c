@@ -61,7 +61,7 @@ static bool add_step(filter *self, inner_step step)
     return true;
 }
 
-/* Of a machine that is split its steps for each value of what it shares count, without their conditions on the values: too many. */
+/* For a split machine, its steps for each value of its shared data count, without their conditions on the values: too many. */
 static bool find_split_steps(filter *self, uint32_t machine, uint32_t base)
 {
     fsm_symbolic *symbolic = self->symbolic;
@@ -87,7 +87,7 @@ static bool find_split_steps(filter *self, uint32_t machine, uint32_t base)
     return true;
 }
 
-/* Of a machine whose queue is levels, between bases: in a cycle it comes back to its base, too. */
+/* For a machine whose queue is levels, between bases: in a cycle it comes back to its base, too. */
 static bool find_slot_steps(filter *self, uint32_t machine)
 {
     const fsm_symbolic *symbolic = self->symbolic;
@@ -176,7 +176,7 @@ static void find_edges(filter *self, uint32_t level)
     for (uint32_t i = self->arrivals_from[level]; i < self->arrivals_from[level + 1]; i++) {
         const uint32_t n = self->arrivals[i].event;
         const fsm_touch *touch = self->arrivals[i].touch;
-        /* Of a machine that is split it is not followed whether it still sends. */
+        /* For a split machine, it is unknown whether it still sends. */
         bool may = self->sent[n] > 0 || fsm_symbolic_is_split(symbolic, symbolic->events[n]->mover);
         for (uint32_t value = 0; may && value < touch->room; value++)
             if (touch->rows[value] != 0)

@@ -42,7 +42,7 @@ typedef struct {
 #define FSM_SLOT_STEP (UINT32_C(1) << 31)
 typedef bool fsm_counts_step(void *context, uint32_t number);
 
-/* Of the steps that count (NULL: all, and the passing of time). The relation keeps to states that were found. False if memory
+/* The relation of the counted steps (NULL: all, and the passing of time). The relation keeps to states that were found. False if memory
  * ran out. */
 bool fsm_relation_make(fsm_relation *self, fsm_symbolic *symbolic, bool backwards, fsm_counts_step *counts, void *context);
 void fsm_relation_free(fsm_relation *self);

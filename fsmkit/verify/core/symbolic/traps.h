@@ -11,7 +11,7 @@ typedef struct {
     uint32_t count, sets[FSM_MOST_TRAPS]; /* of states, one for each configuration; these are roots, the last ones */
 } fsm_traps;
 
-/* Of the states that were found, of one machine. */
+/* Finds the traps of one machine among the found states. */
 fsm_traps fsm_find_trap_sets(fsm_symbolic *symbolic);
 
 #endif

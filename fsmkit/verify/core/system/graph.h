@@ -1,4 +1,4 @@
-/* graph.h: what the machines did in an exploration, each by itself: local states and local steps. */
+/* graph.h: the local states and local steps of each machine in an exploration. */
 #ifndef FSM_GRAPH_H
 #define FSM_GRAPH_H
 

@@ -87,7 +87,7 @@ struct fsm_machine {
     const unsigned char *restless;   /* by state: whether the machine must go on where it is an active leaf */
     const unsigned char *silent;     /* by transition: whether its timer is assumed never to fire; NULL: none */
     const uint32_t *slack;           /* by transition: how long before its deadline it may fire; NULL: no delay is an interval */
-    /* Of the outermost machine: */
+    /* For the outermost machine: */
     const fsm_driver *driver;
     bool (*take)(void *m);
     bool (*fire_first)(void *m);
@@ -118,7 +118,7 @@ fsm_value fsm_output(const fsm_machine *of, const void *m, uint32_t output);
 /* Gives a free input the value of a choice. */
 void fsm_set_free_input(const fsm_machine *of, void *m, uint32_t free, uint32_t choice);
 
-/* Of an open chart, before each step: inputs are chosen now, or will be when they are read first (fsm_note_read). */
+/* For an open chart, before each step: inputs are chosen now, or will be when they are read first (fsm_note_read). */
 void fsm_choose_inputs(const fsm_machine *of, void *m);
 void fsm_settle(const fsm_machine *of, void *m);        /* after each step: what does not count as state is cleared */
 

@@ -34,7 +34,7 @@ static void add(number_set *self, uint64_t number)
     self->slots[at] = number;
 }
 
-/* Of bytes at a place; sums of it stand for sets of places. FNV-1a, stirred as in MurmurHash3. */
+/* Hash of bytes at a place; sums of it represent sets of places. FNV-1a, stirred as in MurmurHash3. */
 static uint64_t hash(const unsigned char *state, size_t offset, size_t size)
 {
     uint64_t found = 14695981039346656037u ^ offset;

@@ -1,8 +1,8 @@
 /* spread.h: by which of its parts the local states of a machine differ.
  *
  * A part (a queue, the timers, a variable) multiplies a space as often as there are local states for
- * one of what is left without it. Looked at are the local states found first: of them all that leads to
- * one was found, too, so that states which differ in one part only are there together. */
+ * one of the states without it. The local states found first are inspected: all ancestors of each
+ * were found, too, so that states which differ in one part only are there together. */
 #ifndef FSM_SPREAD_H
 #define FSM_SPREAD_H
 

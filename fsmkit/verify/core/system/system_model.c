@@ -327,7 +327,7 @@ bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal,
 
 /* --- what is fair ------------------------------------------------------------------------------- */
 
-/* Actions: what each machine does by itself; the passing of time; what is possible; untimed: each timer. */
+/* Actions: the own steps of each machine; the passing of time; external events; untimed: each timer. */
 static uint32_t first_timer(const fsm_system *system, uint32_t machine)
 {
     uint32_t first = system->machine_count + 1 + system->possible_count;

@@ -16,7 +16,7 @@
  * machine may move on to the next turn when it has nothing left to do.
  *
  * A machine whose node is frozen (cyclic.c, too) has no steps and no external events, and its waiting events do
- * not count for `max_pending_before_input`. Of one whose node is stopped for good nothing changes any more. */
+ * not count for `max_pending_before_input`. A machine whose node is stopped for good does not change any more. */
 #ifndef FSM_SYSTEM_MODEL_H
 #define FSM_SYSTEM_MODEL_H
 

@@ -5,7 +5,7 @@
  * once, and kept while memory for that lasts; so is what a message does to it. The state of the whole
  * system is the pair of the root's halves, and a step of it a few look-ups.
  *
- * Several threads may ask at once. What is known never changes and is read without a lock: its number,
+ * Several threads may call this at once. Known facts never change and are read without a lock: its number,
  * or the pointer to it, is published once it is complete. Making something new takes the lock of the
  * composition. */
 #ifndef FSM_TREE_H
@@ -32,7 +32,7 @@ typedef struct {
     fsm_move items[];
 } fsm_moves;
 
-/* What is seen of a state of a node without asking for its steps. */
+/* The facts about a state of a node that do not need its steps. */
 typedef struct {
     uint32_t waiting, awaited; /* events; timers, without those of monitors */
     unsigned char first;       /* an fsm_part, whose steps come first: those of monitors, of the environment, or all */

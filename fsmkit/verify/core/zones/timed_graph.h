@@ -15,7 +15,7 @@ typedef struct {
  * cycle found depends on clocks in a way that is not followed up. The caller frees the path. */
 bool fsm_timed_livelock(fsm_timed *self, fsm_timed_cycle *found);
 
-/* Of one open chart: calls `report` for each pair from which only one configuration is ever shown and
+/* For one open chart: calls `report` for each pair from which only one configuration is ever shown and
  * that is not at rest. `*doubt`: some pair may hold such points beside others. False if memory ran out
  * or the search was stopped. */
 bool fsm_timed_traps(fsm_timed *self, void (*report)(void *context, uint32_t pair), void *context, bool *doubt);

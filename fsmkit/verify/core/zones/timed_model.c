@@ -407,7 +407,7 @@ static bool visit(void *context, const fsm_timed_step *step)
     const fsm_local_step local = c->steps[step->number];
     uint32_t machine = step->what.machine;
     size_t cells = (size_t)self->size * self->size;
-    /* A due timer is what the machine does by itself, whether it had a choice before or not. */
+    /* An expired timer is a step of the machine itself, whether it had a choice before or not. */
     fsm_kind kind = !step->fires ? step->kind : self->stable ? FSM_STEP_ENVIRONMENT : FSM_STEP_INTERNAL;
     fsm_timed_move move = {.number = step->number, .group = self->group++};
     /* All points can take a step with no guard, one whose guard cuts nothing, and one that waiting makes possible. */

@@ -27,8 +27,8 @@
 #include "zones/timed.h"
 #include "zones/timed_arrivals.h"
 
-/* Which state stands for a new one of the same part: of the same discrete part, stable or not alike. The state that stands
- * for it has a larger zone, so each run of points is one of the graph, and a step of the graph may be one of no point. A state
+/* Which state represents a new one of the same part: of the same discrete part, stable or not alike. The representative
+ * has a larger zone, so each run of points is one of the graph, and a step of the graph may be one of no point. A state
  * that is covered before its steps were enumerated has one step, which no machine does: to the state that covers it.
  *
  * FSM_COVER_SIMULATED: each point of the new zone is simulated by a point of the other one, by the abstraction aLU (zones.h).

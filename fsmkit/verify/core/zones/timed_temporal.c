@@ -171,7 +171,7 @@ static bool report_point(fsm_timed_model *self, fsm_state state, fsm_path *path)
     return true;
 }
 
-/* Rewrites steps of the model from a state on; those in which time passes are none. Returns where they lead;
+/* Rewrites steps of the model from a state on; the passing of time is not a step. Returns where they lead;
  * FSM_NO_STATE if they cannot be performed so. */
 static fsm_state rewrite(fsm_timed_model *self, fsm_state from, fsm_timed_sought *at, fsm_path *path)
 {

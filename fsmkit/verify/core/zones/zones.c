@@ -182,7 +182,7 @@ void fsm_zone_forget(fsm_bound *zone, uint32_t size, const int32_t *most)
         (void)fsm_zone_close(zone, size);
 }
 
-/* Whether some point of `small` is not stood in for, given that a larger zone allows x_i - x_j only up
+/* Whether some point of `small` is not represented, given that a larger zone allows x_i - x_j only up
  * to `tight`, less than `small` does. Theorem 34 of the paper, with differences named as here. */
 static bool escapes(fsm_bound tight, fsm_bound least, uint32_t i, uint32_t j, const fsm_limits *limits)
 {
@@ -204,7 +204,7 @@ bool fsm_zone_covers(const fsm_bound *big, const fsm_bound *small, uint32_t size
 /* --- zones kept ------------------------------------------------------------------------------- */
 
 #define WIDE 0x80000000u
-#define FITS INT16_MAX /* stands for "unbounded" in 16 bits */
+#define FITS INT16_MAX /* represents "unbounded" in 16 bits */
 
 static fsm_bound widened(int16_t bound)
 {

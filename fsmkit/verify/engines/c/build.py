@@ -21,7 +21,7 @@ from fsmkit.verify.resources.deadline import Deadline, Stage
 PROGRAM = "explore"
 INCLUDES = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 END = "[ $code -gt 128 ] && kill -$((code - 128)) $$\nexit $code"
-"""Of a shell that ends as one of its children did, if by a signal."""
+"""Shell code that ends by the same signal as one of its children."""
 
 
 class Builder:

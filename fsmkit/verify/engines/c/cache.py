@@ -32,10 +32,10 @@ SUMS = "sums.json"
 MOST_SUMS = 1 << 20
 """Bytes of a file of hashes; an entry has a few files."""
 ORDER = "order.json"
-"""What a program found out for its next run: only read, so that no hash is kept of it."""
+"""The order that a program found for its next run: only read, so it has no hash."""
 NAME = re.compile(r"(core-)?[0-9a-f]{32}")
 UNFINISHED = re.compile(r"\.(new|old)-.*|(core-)?[0-9a-f]{32}\.[0-9]+|core-.*")
-"""What an interrupted build has left, of this version or an earlier one."""
+"""Remains of an interrupted build, of this version or an earlier one."""
 ABANDONED = 60
 """Seconds after which what nobody holds was left by one who was interrupted."""
 TRIES = 3

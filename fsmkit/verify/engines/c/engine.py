@@ -72,15 +72,15 @@ CORE = Path(__file__).parents[2] / "core"
 FLAGS = ("-std=gnu99", "-O2", "-pthread", "-fwrapv", "-w", '-DFSM_HOOKS="system/hooks.h"')
 MOST_NARROW = 64
 WIDE = (f"-DFSM_MOST_MACHINES={MOST_ELEMENTS}",)
-"""For systems of more machines than ``core/system/system.h`` has room for unless it is told."""
+"""Flags for systems of more machines than ``core/system/system.h`` supports by default."""
 FOR_RANKS = ("-DFSM_MPI",)
 """For a program that can be one of several processes (``core/mpi``)."""
 FOR_LARGE = ("-include", "large.h")
 """For the code of machines whose states are many: so that it is compiled in time."""
 COPIED = ("fsm.h", "fsm_info.h", "fsm_bytes.h", "fsm_save.h", "fsm_save.c")
-"""Of the library of generated C, those that the search is compiled with."""
+"""The files of the library of generated C that the search needs."""
 NO_MEMORY = 3
-"""Its exit code where there is not even memory to begin with."""
+"""Its exit code if there is not enough memory to start."""
 MOST_FOR_PATHS = 2.0
 """Seconds at most, of those that are left, that are kept for the ways to what was found."""
 OVERDUE = 0.3
@@ -263,8 +263,8 @@ class CEngine:
         """
         command = [str(self.program), "--memory", str(memory), "--watch", f"{begin},{end},{most}"]
         command += self.limits(seconds)
-        told = self.result(command, None)
-        return self._read(told), told["watch"]
+        record = self.result(command, None)
+        return self._read(record), record["watch"]
 
     def shown(self) -> frozenset[tuple[str, ...]]:
         """Return all observable states of the machines: active leaves and data, as in traces.
@@ -346,22 +346,22 @@ class CEngine:
                 "folders in XDG_CACHE_HOME and TMPDIR; or use `--engine python`",
             ) from error
 
-    def _read(self, told: Mapping[str, Any]) -> Exploration:
-        livelock = told["livelock"]
+    def _read(self, record: Mapping[str, Any]) -> Exploration:
+        livelock = record["livelock"]
         return Exploration(
             engine="c",
-            end=End(told["outcome"]),
-            why=told["why"],
-            states=told["states"],
-            transitions=told["transitions"],
-            depth=told["depth"],
-            bytes=told["bytes"],
-            seconds=told["seconds"],
+            end=End(record["outcome"]),
+            why=record["why"],
+            states=record["states"],
+            transitions=record["transitions"],
+            depth=record["depth"],
+            bytes=record["bytes"],
+            seconds=record["seconds"],
             marks=tuple(
                 Mark(m["mark"], m["count"], tuple(m["path"]), is_longer=m.get("longer", False))
-                for m in told["marks"]
+                for m in record["marks"]
             ),
-            livelock_known=told["livelock_known"],
+            livelock_known=record["livelock_known"],
             livelock=None
             if livelock is None
             else (
@@ -370,8 +370,8 @@ class CEngine:
                 else tuple(livelock["path"]),
                 tuple(livelock["cycle"]),
             ),
-            traps_known=told["traps_known"],
-            traps=tuple(map(tuple, told["traps"])),
+            traps_known=record["traps_known"],
+            traps=tuple(map(tuple, record["traps"])),
             machines=tuple(
                 Figures(
                     figures["locals"],
@@ -383,32 +383,32 @@ class CEngine:
                     read_spread(figures.get("spread")),
                     tuple(map(bytes.fromhex, figures.get("saved", ()))),
                 )
-                for figures in told["machines"]
+                for figures in record["machines"]
             )
             or IDLE * len(self._closed.system.machines),
-            cores=told.get("cores", 1),
-            zones=told.get("zones", 0),
-            doubt=told.get("doubt", "") if self._ranks is None else NEEDS_ONE,
-            table=read_table(told.get("table")),
-            diagram=read_diagram(told.get("search")),
-            traffic=read_traffic(told.get("ranks")),
+            cores=record.get("cores", 1),
+            zones=record.get("zones", 0),
+            doubt=record.get("doubt", "") if self._ranks is None else NEEDS_ONE,
+            table=read_table(record.get("table")),
+            diagram=read_diagram(record.get("search")),
+            traffic=read_traffic(record.get("ranks")),
             temporal=tuple(
                 self.answer(number, answer)
-                for number, answer in zip(self._decidable, told.get("temporal", ()), strict=False)
+                for number, answer in zip(self._decidable, record.get("temporal", ()), strict=False)
             ),
         )
 
-    def answer(self, number: int, told: Mapping[str, Any]) -> Answer:
+    def answer(self, number: int, record: Mapping[str, Any]) -> Answer:
         """Parse the program's answer to such an option."""
         return Answer(
             number,
-            told["known"],
-            told["violated"],
-            tuple(told["path"]),
-            tuple(told["cycle"]),
-            told["greatest"] * (self._closed.unit or 1) if "greatest" in told else None,
-            told.get("why", "") or why_unknown(told),
-            is_longer=told.get("longer", False),
+            record["known"],
+            record["violated"],
+            tuple(record["path"]),
+            tuple(record["cycle"]),
+            record["greatest"] * (self._closed.unit or 1) if "greatest" in record else None,
+            record.get("why", "") or why_unknown(record),
+            is_longer=record.get("longer", False),
         )
 
     # --- replay --------------------------------------------------------------------------------
@@ -428,20 +428,20 @@ class CEngine:
             )
 
         def read() -> list[tuple[Step, tuple[str, ...]]]:
-            told = list(performed_steps(done.out))
+            record = list(performed_steps(done.out))
             if self._closed.zones:
-                return list(self._with_time(told, points))
-            return [(performed.step, lines) for performed, lines in told]
+                return list(self._with_time(record, points))
+            return [(performed.step, lines) for performed, lines in record]
 
         return self._deadline.cut_off(Stage.REPLAYING, read)
 
     def _with_time(
-        self, told: Sequence[tuple[PerformedStep, tuple[str, ...]]], points: Sequence[Point]
+        self, record: Sequence[tuple[PerformedStep, tuple[str, ...]]], points: Sequence[Point]
     ) -> Iterator[tuple[Step, tuple[str, ...]]]:
         """Yield steps with the passing of time between them, at their earliest instants."""
         now = Fraction(0)
-        steps, end = schedule_path(len(self._closed.charts), [step for step, _ in told], points)
-        for (at, step), (_, lines) in zip(steps, told, strict=True):
+        steps, end = schedule_path(len(self._closed.charts), [step for step, _ in record], points)
+        for (at, step), (_, lines) in zip(steps, record, strict=True):
             if at > now:
                 yield Step(Action.ELAPSE, ticks=at - now), ()
                 now = at
@@ -465,8 +465,8 @@ class CEngine:
         expected = self._deadline.cut_off(
             Stage.REPLAYING, lambda: explorer_output(self._closed, found.steps, self._shown)
         )
-        for number, (told, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
-            checked = tuple(part for line in told for part in line.split("\n"))
+        for number, (record, (_, lines)) in enumerate(zip(expected, performed, strict=True), 1):
+            checked = tuple(part for line in record for part in line.split("\n"))
             if checked != lines:
                 ours, theirs = difference(checked, lines)
                 reason = f"in step {number} the interpreter says `{ours}`, generated C `{theirs}`"

@@ -29,7 +29,7 @@ COMMIT = "commit"
 
 
 def mpi_compiler() -> str:
-    """Return the path of ``mpicc``, or of what MPICC names."""
+    """Return the path of ``mpicc``, or of the compiler in MPICC."""
     name = os.environ.get("MPICC") or "mpicc"
     path = shutil.which(name)
     if path is None:
@@ -78,8 +78,8 @@ def checkpoint_options(ranks: Ranks, identity: str) -> list[str]:
 
 def _require_same(ranks: Ranks, identity: str, saved: str) -> None:
     try:
-        told = parse_json(saved)
-        count, of = int(told["ranks"]), str(told["identity"])
+        record = parse_json(saved)
+        count, of = int(record["ranks"]), str(record["identity"])
     except (ValueError, KeyError, TypeError) as error:
         raise _unusable(ranks.folder, "the checkpoints cannot be read") from error
     if of != identity:

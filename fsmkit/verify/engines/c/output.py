@@ -12,7 +12,7 @@ from fsmkit.verify.statespace.actions import Action, Step
 from fsmkit.verify.statespace.exploration import End
 
 MOST_DIGITS = 4000
-"""Decimal digits that are read at once: Python refuses more than 4300 (``int``)."""
+"""Decimal digits that are read at once: Python rejects more than 4300 (``int``)."""
 
 
 def natural(digits: str) -> int:
@@ -27,7 +27,7 @@ def natural(digits: str) -> int:
 def unfinished_result(
     end: End, why: str, last: Mapping[str, int], seconds: float
 ) -> Mapping[str, Any]:
-    """Return a result without states: why there is none, and how far the search had come."""
+    """Return a result without states: the reason, and the progress of the search."""
     nothing = {"marks": (), "livelock_known": False, "livelock": None, "traps_known": False}
     known = {name: last.get(name, 0) for name in ("states", "transitions", "depth", "bytes")}
     return {

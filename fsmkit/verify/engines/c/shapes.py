@@ -66,7 +66,7 @@ WALKED |= {
     stmt.Raise,
     stmt.Reply,
 }
-"""What may hold such places. Functions do not, as they list what they read."""
+"""The parts that may hold such locations. Functions do not, as they list their reads."""
 EXACT = frozenset({lang.Apply, lang.Binary, lang.Conditional, lang.Unary})
 """Expressions whose type is only the range of their values."""
 

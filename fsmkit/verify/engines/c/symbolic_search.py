@@ -33,24 +33,24 @@ def _shown(closed: ClosedSystem) -> Iterator[int]:
         yield from (first + FULL, first + FAULT)
 
 
-def why_unknown(told: Mapping[str, Any]) -> str:
+def why_unknown(record: Mapping[str, Any]) -> str:
     """Return why the answer to a temporal property is unknown; empty if memory ran out."""
-    if told.get("unknown") == "combinations":
+    if record.get("unknown") == "combinations":
         return MANY_COMBINATIONS
-    return {end.value: text for end, text in ENDS.items()}.get(told.get("unknown", ""), "")
+    return {end.value: text for end, text in ENDS.items()}.get(record.get("unknown", ""), "")
 
 
-def read_diagram(told: Mapping[str, Any] | None) -> Diagram | None:
+def read_diagram(record: Mapping[str, Any] | None) -> Diagram | None:
     """Return the diagram at the end of a search, if there is one."""
-    if told is None or told["engine"] != Search.SYMBOLIC.value:
+    if record is None or record["engine"] != Search.SYMBOLIC.value:
         return None
     return Diagram(
-        nodes=told["nodes"],
-        peak=told["peak"],
-        bytes=told["bytes"],
-        events=told["events"],
-        order=tuple(told["order"]),
-        found_by=told["from"],
-        made=told["made"],
-        unknown=frozenset(told["unknown"]),
+        nodes=record["nodes"],
+        peak=record["peak"],
+        bytes=record["bytes"],
+        events=record["events"],
+        order=tuple(record["order"]),
+        found_by=record["from"],
+        made=record["made"],
+        unknown=frozenset(record["unknown"]),
     )

@@ -75,7 +75,7 @@ class Obligations:
     answered: Sequence[bool]
     timeless: bool
     armed: Callable[[int], frozenset[Hashable]] = lambda _: frozenset()
-    """What counts as possible at a state without a step there (``fsm_model.armed``)."""
+    """The actions that are possible at a state without a step there (``fsm_model.armed``)."""
     ends: set[int] = field(default_factory=set)
     """States where a run may end."""
     cores: list[tuple[frozenset[int], bool]] = field(default_factory=list)

@@ -55,7 +55,7 @@ LOOKS = {
     Transport.DELAYED: (INK, "9 3 2 3", False),
     Transport.LOSSY: (WATCHDOG, "5 4", False),
 }
-"""Of an arrow: color, dashes, and whether its head is filled."""
+"""The look of an arrow: color, dashes, and whether its head is filled."""
 LEGEND = {
     Transport.DIRECT: "event",
     Transport.VALUE: "output to input",
