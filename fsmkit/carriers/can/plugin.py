@@ -19,12 +19,10 @@ if TYPE_CHECKING:
 
     from fsmkit.carriers.can.message import CanWire
     from fsmkit.codegen.system.node import Node
-    from fsmkit.runtime.links.faults import Faults
-    from fsmkit.runtime.links.link import Link, Translator
+    from fsmkit.runtime.links.link import Link, LinkRequest, Translator
     from fsmkit.system.deployment.carrier import DeploymentRequest, ForeignNetwork, Network
     from fsmkit.system.deployment.delays import Latency
     from fsmkit.system.deployment.deployment import Deployment
-    from fsmkit.system.deployment.event_map import EventMap
 
 
 class Can:
@@ -68,15 +66,7 @@ class Can:
 
     # --- links -------------------------------------------------------------------------------
 
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> Link:
+    def open(self, request: LinkRequest) -> Link:
         """Return a link of a node on a shared bus; ``options``: those of `link_options`.
 
         ``bus``, ``interface``, ``clock``: as for `translator`; ``slots``: events that wait in each
@@ -84,6 +74,7 @@ class Can:
         """
         from fsmkit.carriers.can.bus import CanNet
 
+        options, event_map = request.options, request.event_map
         net = options.get("net")
         if not isinstance(net, CanNet):
             raise fail(
@@ -97,11 +88,11 @@ class Can:
 
         return CanLink(
             event_map,
-            node,
+            request.node,
             net,
             bus,
-            session=session,
-            faults=faults,
+            session=request.session,
+            faults=request.faults,
             slots=options.get("slots", SLOTS),
             clock=options.get("clock", time.monotonic),
         )

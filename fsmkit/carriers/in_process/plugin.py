@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from fsmkit.diagnostics import fail
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
+from fsmkit.runtime.links.link import SLOTS, Link, LinkRequest, LinkTimeout
 from fsmkit.system.deployment.event_map import EventMap
 
 
@@ -66,24 +65,18 @@ class InProcess:
     options: tuple[str, ...] = ("wire",)
     library = Path(__file__).parent / "c"
 
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> InProcessLink:
+    def open(self, request: LinkRequest) -> InProcessLink:
         """Return a link of a node."""
-        wire = options.get("wire")
+        wire = request.options.get("wire")
         if not isinstance(wire, Wire):
             raise fail(
                 "link-not-opened",
                 "links within a program need the option `wire`, the same for all of its nodes",
                 help="pass `options={'wire': wire}` with one `fsmkit.carriers.in_process.Wire()`",
             )
-        return InProcessLink(event_map, node, wire, session=session, faults=faults)
+        return InProcessLink(
+            request.event_map, request.node, wire, session=request.session, faults=request.faults
+        )
 
     def link_options(self, deployment: Any) -> dict[str, Any]:  # noqa: ARG002  (there is no wire)
         """Return nothing: the program has the wire."""

@@ -15,11 +15,9 @@ from fsmkit.document.keys import Keys
 if TYPE_CHECKING:
     from fsmkit.codegen.system.node import Node
     from fsmkit.diagnostics import Findings
-    from fsmkit.runtime.links.faults import Faults
-    from fsmkit.runtime.links.link import Link, Translator
+    from fsmkit.runtime.links.link import Link, LinkRequest, Translator
     from fsmkit.system.deployment.carrier import DeploymentRequest, ForeignNetwork, Network
     from fsmkit.system.deployment.deployment import Deployment
-    from fsmkit.system.deployment.event_map import EventMap
 
 
 class Ros:
@@ -59,20 +57,18 @@ class Ros:
 
     # --- links -------------------------------------------------------------------------------
 
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> Link:
+    def open(self, request: LinkRequest) -> Link:
         """Return a link of a node. Raises `FsmkitError` if it cannot be opened."""
-        with findings(int(options.get("domain", 0))):
+        with findings(int(request.options.get("domain", 0))):
             from fsmkit.carriers.ros.link import RosLink
 
-            return RosLink(event_map, node, session=session, faults=faults, **options)
+            return RosLink(
+                request.event_map,
+                request.node,
+                session=request.session,
+                faults=request.faults,
+                **request.options,
+            )
 
     def translator(self, link: Link, node: int, options: Mapping[str, Any]) -> Translator:
         """Return the translator between a link and topics, by `foreign_options`."""

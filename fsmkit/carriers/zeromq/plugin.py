@@ -13,10 +13,8 @@ from fsmkit.document.keys import Keys
 
 if TYPE_CHECKING:
     from fsmkit.diagnostics import Findings
-    from fsmkit.runtime.links.faults import Faults
-    from fsmkit.runtime.links.link import Link
+    from fsmkit.runtime.links.link import Link, LinkRequest
     from fsmkit.system.deployment.carrier import DeploymentRequest
-    from fsmkit.system.deployment.event_map import EventMap
 
 
 class ZeroMq:
@@ -43,15 +41,7 @@ class ZeroMq:
     def read(self, request: DeploymentRequest, findings: Findings) -> None:
         """Return None: links need endpoints only."""
 
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> Link:
+    def open(self, request: LinkRequest) -> Link:
         """Return a link of a node. Raises `FsmkitError` if it cannot be opened."""
         try:
             from fsmkit.carriers.zeromq.link import ZeroMqLink
@@ -61,7 +51,13 @@ class ZeroMq:
                 "links over ZeroMQ need the package `pyzmq`",
                 help="install it: pip install 'fsmkit[links]'",
             ) from error
-        return ZeroMqLink(event_map, node, session=session, faults=faults, **options)
+        return ZeroMqLink(
+            request.event_map,
+            request.node,
+            session=request.session,
+            faults=request.faults,
+            **request.options,
+        )
 
     def link_options(self, deployment: Any) -> dict[str, Any]:
         """Return the folder of the keys, if the deployment names one."""

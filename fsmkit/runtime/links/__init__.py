@@ -6,7 +6,14 @@ bytes equal those of ``runtime/c/links``; docs/reference/links.md describes them
 """
 
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import Link, LinkKind, LinkTimeout, Translator, TranslatorKind
+from fsmkit.runtime.links.link import (
+    Link,
+    LinkKind,
+    LinkRequest,
+    LinkTimeout,
+    Translator,
+    TranslatorKind,
+)
 from fsmkit.runtime.links.receiving import Counters
 from fsmkit.system.deployment.event_map import EventMap, LevelType, Message, MessageType
 
@@ -17,6 +24,7 @@ __all__ = [
     "LevelType",
     "Link",
     "LinkKind",
+    "LinkRequest",
     "LinkTimeout",
     "Message",
     "MessageType",

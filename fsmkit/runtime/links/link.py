@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from fsmkit.language import Value
@@ -302,6 +302,20 @@ class TranslatorKind(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class LinkRequest:
+    """A link to open: of a node in a deployment, with the options of its kind.
+
+    ``session``: greater than that of the node's previous run. ``faults``: frames to lose.
+    """
+
+    event_map: EventMap
+    node: str
+    session: int
+    faults: Faults | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
 @runtime_checkable
 class LinkKind(Protocol):
     """A plug-in that opens links with one kind of transport."""
@@ -310,15 +324,7 @@ class LinkKind(Protocol):
     options: tuple[str, ...]
     """The names of the options that `open` takes."""
 
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> Link:
+    def open(self, request: LinkRequest) -> Link:
         """Return a link of a node; `FsmkitError` where it cannot be opened."""
         ...
 

@@ -13,7 +13,7 @@ from typing import Any
 from fsmkit.diagnostics import fail
 from fsmkit.plugins import plugin
 from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import SLOTS, Link, LinkKind, Translator, TranslatorKind
+from fsmkit.runtime.links.link import SLOTS, Link, LinkKind, LinkRequest, Translator, TranslatorKind
 from fsmkit.system.deployment.carrier import DEFAULT
 from fsmkit.system.deployment.event_map import EventMap
 
@@ -66,7 +66,7 @@ def open_link(
     else:
         carrier = plugin(LinkKind, kind)
         _require_options(carrier, options or {})
-        link = carrier.open(event_map, node, session=session, faults=faults, options=options or {})
+        link = carrier.open(LinkRequest(event_map, node, session, faults, options or {}))
     try:
         translators: list[Translator] = []
         for place in foreign_peers(event_map, own):

@@ -11,7 +11,7 @@ import pytest
 import fsmkit
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links import EventMap, Link, LinkKind, LinkTimeout
+from fsmkit.runtime.links import EventMap, Link, LinkKind, LinkRequest, LinkTimeout
 from fsmkit.system.deployment.deployment import Deployment
 from tests.carriers.ros.counting import between
 from tests.carriers.ros.test_python_carrier import _loopback, domain  # noqa: F401  (fixtures)
@@ -40,7 +40,7 @@ def event_map() -> EventMap:
 @contextmanager
 def opened(event_map: EventMap, node: str, domain: int, session: int = 1) -> Iterator[Link]:  # noqa: F811
     link = plugin(LinkKind, "ros").open(
-        event_map, node, session=session, options={"domain": domain, "namespace": "/talk"}
+        LinkRequest(event_map, node, session, options={"domain": domain, "namespace": "/talk"})
     )
     try:
         yield link

@@ -12,7 +12,7 @@ import pytest
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links import LinkKind
+from fsmkit.runtime.links import LinkKind, LinkRequest
 from fsmkit.system.deployment.addresses import is_loopback
 from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import HOSTS, LINKS, ZEROMQ, Player, has_libzmq
@@ -98,10 +98,10 @@ def test_a_link_without_keys_is_opened_only_where_nobody_else_comes(
     kind = plugin(LinkKind, "zeromq")
     for options in ({"endpoints": far}, {"endpoints": endpoints, "bind": "tcp://*:0"}):
         with pytest.raises(FsmkitError, match="is not of this computer only, and there are no"):
-            kind.open(deployment.map, "a", session=1, options=options)
+            kind.open(LinkRequest(deployment.map, "a", 1, options=options))
     told = play("a", 1, "threaded", far["a"], far["b"])
     assert told.ask("p").startswith("an endpoint beyond this computer without keys")
     assert told.close() == 1
     insecure = replace(deployment.map, is_insecure=True)
-    link = kind.open(insecure, "a", session=1, options={"endpoints": far})
+    link = kind.open(LinkRequest(insecure, "a", 1, options={"endpoints": far}))
     link.close()

@@ -17,7 +17,7 @@ import pytest
 from fsmkit.cli import execute
 from fsmkit.cli.tools.paths import PATHS
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links import Counters, Faults, Link, LinkKind
+from fsmkit.runtime.links import Counters, Faults, Link, LinkKind, LinkRequest
 from fsmkit.system.deployment.deployment import Deployment
 from tests.needs import need
 from tests.reading import load_deployment
@@ -211,7 +211,7 @@ def connect(deployment: Deployment, endpoints: dict[str, str]) -> Iterator[Open]
     def opened(node: str, session: int = 1, faults: Faults | None = None, **options: Any) -> Link:
         given = {"endpoints": endpoints, **options}
         kind = plugin(LinkKind, "zeromq")
-        links.append(kind.open(deployment.map, node, session=session, faults=faults, options=given))
+        links.append(kind.open(LinkRequest(deployment.map, node, session, faults, given)))
         return links[-1]
 
     yield opened

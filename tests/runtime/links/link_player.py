@@ -12,7 +12,7 @@ from dataclasses import astuple
 import fsmkit
 from fsmkit.carriers.zeromq.link import ZeroMqLink
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links import Link, LinkKind, LinkTimeout
+from fsmkit.runtime.links import Link, LinkKind, LinkRequest, LinkTimeout
 from fsmkit.system.deployment.deployment import Deployment
 from tests.runtime.links.conftest import TALK
 
@@ -78,7 +78,7 @@ def main() -> None:
     assert isinstance(deployment, Deployment)
     event_map = deployment.map
     kind = plugin(LinkKind, "zeromq")
-    node = Node(kind.open(event_map, name, session=int(session), options=options), name)
+    node = Node(kind.open(LinkRequest(event_map, name, int(session), options=options)), name)
     for line in sys.stdin:
         if line == "q\n":
             break

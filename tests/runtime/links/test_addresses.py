@@ -11,7 +11,7 @@ import pytest
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links import LinkKind
+from fsmkit.runtime.links import LinkKind, LinkRequest
 from fsmkit.system.deployment.addresses import rejection_of
 from fsmkit.system.deployment.deployment import Deployment
 from tests.reading import load_deployment
@@ -125,7 +125,7 @@ def test_a_program_opens_no_such_endpoint(deployment: Deployment) -> None:
     for endpoint in ("127.0.0.1:5502", "tcp://127.0.0.1", "udp://127.0.0.1:5"):
         options = {"endpoints": dict.fromkeys(deployment.nodes, endpoint)}
         with pytest.raises(FsmkitError, match="link-not-opened"):
-            plugin(LinkKind, "zeromq").open(deployment.map, "a", session=1, options=options)
+            plugin(LinkKind, "zeromq").open(LinkRequest(deployment.map, "a", 1, options=options))
 
 
 @pytest.mark.parametrize(

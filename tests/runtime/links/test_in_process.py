@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fsmkit.carriers.in_process import InProcessLink, Wire
 from fsmkit.plugins import plugin
-from fsmkit.runtime.links import EventMap, Faults, Link, LinkKind, LinkTimeout, Message
+from fsmkit.runtime.links import EventMap, Faults, Link, LinkKind, LinkRequest, LinkTimeout, Message
 from fsmkit.runtime.links.codec import Codec, Frame
 from fsmkit.runtime.links.receiving import Receiver
 from fsmkit.system.deployment.deployment import Deployment
@@ -247,11 +247,11 @@ def test_faults_are_the_same_under_the_same_seed(deployment: Deployment) -> None
 def test_links_are_found_by_name(deployment: Deployment) -> None:
     wire = Wire()
     kind = plugin(LinkKind, "in_process")
-    a = kind.open(deployment.map, "a", session=1, options={"wire": wire})
+    a = kind.open(LinkRequest(deployment.map, "a", 1, options={"wire": wire}))
     assert isinstance(a, Link)
     with pytest.raises(LinkTimeout, match=r"node `a` waited 0\.1 s for `b` to listen"):
         a.wait_listeners(0.1)
-    b = kind.open(deployment.map, "b", session=1, options={"wire": wire})
+    b = kind.open(LinkRequest(deployment.map, "b", 1, options={"wire": wire}))
     a.wait_listeners(0.1)
     a.end_cycle(LEVELS_A)
     b.wait_frames("a", 1)

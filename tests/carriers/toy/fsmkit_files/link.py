@@ -5,18 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from fsmkit.emit import plain
-from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import SLOTS, Link, LinkTimeout
-from fsmkit.system.deployment.event_map import EventMap
+from fsmkit.runtime.links.link import SLOTS, Link, LinkRequest, LinkTimeout
 
 
 class FileLink(Link):
     """Appends each frame, after its length in two bytes; reads what others have appended."""
 
-    def __init__(
-        self, event_map: EventMap, node: str, folder: Path, *, session: int, faults: Faults | None
-    ) -> None:
-        super().__init__(event_map, node, session, faults, SLOTS, is_proven=False)
+    def __init__(self, request: LinkRequest) -> None:
+        event_map, folder = request.event_map, Path(request.options["folder"])
+        super().__init__(
+            event_map, request.node, request.session, request.faults, SLOTS, is_proven=False
+        )
         folder.mkdir(parents=True, exist_ok=True)
         files = {place: folder / plain(event_map.nodes[place]) for place in event_map.own_nodes}
         self._own = files.pop(self.node).open("wb", buffering=0)

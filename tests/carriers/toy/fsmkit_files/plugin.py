@@ -9,10 +9,8 @@ from typing import Any
 
 from fsmkit.diagnostics import Findings, fail
 from fsmkit.document.keys import Keys, named
-from fsmkit.runtime.links.faults import Faults
-from fsmkit.runtime.links.link import Link
+from fsmkit.runtime.links.link import Link, LinkRequest
 from fsmkit.system.deployment.carrier import DeploymentRequest
-from fsmkit.system.deployment.event_map import EventMap
 
 
 @dataclass(frozen=True)
@@ -44,21 +42,13 @@ class Files:
         network = deployment.network
         return {"folder": network.folder} if isinstance(network, FileNetwork) else {}
 
-    def open(
-        self,
-        event_map: EventMap,
-        node: str,
-        *,
-        session: int,
-        faults: Faults | None = None,
-        options: Mapping[str, Any],
-    ) -> Link:
+    def open(self, request: LinkRequest) -> Link:
         """Return the link of a node."""
         from .link import FileLink
 
-        if "folder" not in options:
+        if "folder" not in request.options:
             raise fail("link-not-opened", "links by files need a folder", help="name a `folder`")
-        return FileLink(event_map, node, Path(options["folder"]), session=session, faults=faults)
+        return FileLink(request)
 
 
 PLUGIN = Files()
