@@ -35,7 +35,7 @@ ROOT = CELL.parents[1]
 OUT = ROOT / "build" / "demo"
 CHARTS = ("feeder", "molder", "plant")
 SECONDS = 60
-"""Of simulated time in the loops."""
+"""Seconds of simulated time in the loops."""
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 HOLDS, FAILS, MISSING = "[green]yes[/]", "[bold red]NO[/]", "[yellow]not shown[/]"
 

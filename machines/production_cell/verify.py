@@ -34,7 +34,7 @@ MEANINGS = {
     "P6": "the extraction belt stands still while the extractor is over it; likewise",
     "P7": "it turns only with the sorter out of the way and nothing at its end",
     "P8": "no magnet lets a block go elsewhere than over its belt",
-    "P9": "no block is lost or doubled; no handshake overruns; nothing fails by itself",
+    "P9": "no block is lost or doubled; no handshake overruns; nothing fails without a fault",
     "P10": "an emergency stop takes the power from every motor; nothing moves without",
     "P11": "every working machine handles a pause in every state",
     "P12": "the mould is hot while it molds",
@@ -53,7 +53,7 @@ MEANINGS = {
     "Q7": "the sorter lets only a block pass that was judged good",
     "Q8": "each block that leaves the view of the camera has one verdict, its own",
     "H1": "no slot is lent in vain: grant and `placed` are handled, whatever is paused, stopped",
-    "H2": "door and belts home only when nobody stands in their way, whatever was stopped where",
+    "H2": "door and belts home only when nothing blocks them, whatever was stopped where",
     "H3": "who says that it has homed is at home",
     "H4": "an axis drives to a position only after it has found its limit switch under power",
     "R1": "a stage of homing starts when the one before is ready, production when all are",
@@ -151,7 +151,7 @@ WITHOUT_FAULTS = frozenset({"P9_faults", "Q6", "L3"})
 MOST = 8
 """Blocks: all slots of the ring."""
 MOST_TEMPORAL = 3
-"""Blocks up to which `leads_to` is asked for untimed where what comes from outside waits."""
+"""Blocks up to which `leads_to` is checked untimed if external events wait."""
 
 
 def proofs(*, quick: bool) -> tuple[Run, ...]:

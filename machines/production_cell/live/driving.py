@@ -68,11 +68,11 @@ class Drive:
         """It stands still before its first step."""
         self.deeds: list[Deed] = []
         self.notes: list[str] = []
-        """What went wrong without an end of the run."""
+        """Errors that did not end the run."""
         self.has_died = False
-        """A board died by itself, which no session does again."""
+        """A board died without a fault, which no session repeats."""
         self.events: deque[AtPanel | Began | Leaves] = deque()
-        """What happened that no log tells."""
+        """Events that no log records."""
         self.samples: Samples | None = None
         self.run_: Orchestrator | None = None
         self.steps = 0
@@ -80,7 +80,7 @@ class Drive:
         self.has_begun = threading.Event()
         self._lock = threading.Condition()
         self._counted = threading.Lock()
-        """Of the steps and their digest."""
+        """Guards the steps and their digest."""
         self._digest = Digest()
         self._asked: deque[Occurrence] = deque()
         self._panel: Panel | None = None
@@ -162,7 +162,7 @@ class Drive:
             self.steps = number
 
     def died(self, number: int, board: str, why: str) -> bool:
-        """Note that a board died by itself: the run goes on without it."""
+        """Record the death of a board without a fault: the run continues without it."""
         self.notes.append(f"{number / 1000:g} s: board {board} died: {why}")
         self.has_died = True
         return True
@@ -216,5 +216,5 @@ class Drive:
     def why_not_again(self) -> str:
         """Why the session cannot be done again bit for bit; empty if it can."""
         if self.has_died:
-            return "a board died by itself"
+            return "a board died without a fault"
         return "boards had loops of their own" if self.options.hz else ""

@@ -23,7 +23,7 @@ from .judging import Judge
 EVERY = 0.016
 """Seconds from sample to sample."""
 REPORTED = 1000
-"""Steps after which plant and boards are asked what they count, and the properties are judged."""
+"""Steps after which the counts of plant and boards are read, and the properties are judged."""
 RATED = 300_000
 """Steps over which the rate is counted."""
 CONTACT, CAVITY = 600, 2200

@@ -37,7 +37,7 @@ SHOWN = 60.0
 """How much of a run is drawn, in s."""
 
 MOST_LINES = 60
-"""Of what happened about faults."""
+"""Maximum number of reported events about faults."""
 
 console = Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 

@@ -23,15 +23,15 @@ STOPS = (math.inf, 2830.0, 1560.0, 2680.0, math.inf, 3180.0)
 """The end stops, in counts; belts have none."""
 LOWER_STOP = -40.0
 TOP_SPEED = 3000.0
-"""Of every axis at full PWM, in counts a second."""
+"""Speed of every axis at full PWM, in counts per second."""
 TIME_CONSTANT = 0.04
-"""Of every axis without a load, in s."""
+"""Time constant of every axis without a load, in s."""
 PITCH = 1000
 """From slot to slot of a belt, in counts."""
 MARK = 5
 """Half the width of the mark at each pitch of a belt, in counts."""
 START = ((-300, -100), (100, 500), (300, 900), (700, 1200), (-300, -100), (700, 1200))
-"""Between which counts the axes stand at the beginning: nobody is in another's way."""
+"""The range of initial positions in counts: no axis blocks another."""
 
 
 class Axis(NamedTuple):
@@ -45,7 +45,7 @@ class Axis(NamedTuple):
     coulomb: float
     """N or N m."""
     stiction: float
-    """What it takes to start moving, in N or N m."""
+    """The force or torque needed to start moving, in N or N m."""
     torque: float
     """For each unit of PWM, in N or N m."""
     lowest: float
@@ -60,7 +60,7 @@ class AxisState(NamedTuple):
     position: float
     velocity: float
     decay: float
-    """What is left of a deviation in speed after a step; depends on the load."""
+    """The remaining share of a speed deviation after a step; depends on the load."""
     origin: float
     """Where the encoder began to count."""
     jammed: bool = False

@@ -14,7 +14,7 @@ from .axes import ANGULAR, LINEAR
 from .signals import EXTRACTION_BELT, EXTRACTOR, FEEDER, FEEDER_BELT, MOLDER, ROTATOR
 
 LENGTH = 0.04
-"""Of a block."""
+"""The length of a block."""
 PITCH = 0.1
 """From slot to slot of a belt."""
 END = {FEEDER_BELT: PITCH + 0.04, EXTRACTION_BELT: 2 * PITCH + 0.04}

@@ -63,7 +63,7 @@ class CameraState:
     passed: tuple[tuple[int, int], ...] = ()
     """How often each block was seen."""
     sightings: tuple[Sighting, ...] = ()
-    """Of the blocks that may still be on the belt, the last of each."""
+    """The last sighting of each block that may still be on the belt."""
 
 
 Detector = Callable[[int, int], int]

@@ -38,7 +38,7 @@ INTEGERS = frozenset(
 )
 REALS = frozenset({"Real", "Float32", "Float64"})
 TYPES = INTEGERS | REALS | {"Boolean"}
-"""Of variables that can be signals."""
+"""The types of variables that can be signals."""
 EVENTS = "events"
 """The variable with what happened, as JSON, if there is one."""
 LARGEST = 2**31 - 1

@@ -31,7 +31,7 @@ FAULTS = (
     *(f"sensor.{name}" for name in MEASUREMENTS),
     *(f"take.{slot}" for slot in SLOTS),
 )
-"""0 mends; of sensors, which say 0 when they are stuck so, -1."""
+"""The value that repairs: 0; for sensors, whose stuck value may be 0, -1."""
 
 
 class CellPlant(Fmi3Slave):

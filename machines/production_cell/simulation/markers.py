@@ -18,11 +18,11 @@ from .camera import Detector
 MARKERS = 1000
 """Different markers; numbers of blocks begin anew after so many."""
 SIDE, WIDTH, HEIGHT = 48, 160, 120
-"""Of a marker and of a picture, in pixels."""
+"""The sizes of a marker and of a picture, in pixels."""
 PIXEL = 5
-"""What a pixel shows, in 0.1 mm."""
+"""The length of a pixel, in 0.1 mm."""
 NOISE = 12.0
-"""Of a pixel, in shades of 256."""
+"""The noise of a pixel, in shades of 256."""
 LONGEST = 0.015
 """A picture may take so long, in s, in a run that follows a clock."""
 Picture = npt.NDArray[np.uint8]

@@ -38,7 +38,7 @@ class Judged:
     text: str
     holds: bool | None
     time: float | None = None
-    """Of the first violation, or of the first time that what shall be reached is."""
+    """The time of the first violation, or of first reaching the goal."""
     reason: str = ""
     """Why the run shows nothing."""
 

@@ -33,9 +33,9 @@ class Program:
     name: str
     command: tuple[str, ...]
     window: tuple[Path, Path] | None = None
-    """Of a board whose wires are registers: the file, and the description of its wires."""
+    """For a board whose wires are registers: the file, and the description of its wires."""
     keeper: Path | None = None
-    """Of a board that supervisord begins: where that answers."""
+    """For a board under supervisord: the endpoint of supervisord."""
 
 
 def plant_program(seed: int) -> Program:
@@ -70,7 +70,7 @@ class Process:
         self.frames = 0
         """How many it has sent to its peers."""
         self.asked: int | None = None
-        """The step that it was asked for and has not answered yet."""
+        """The requested step without a reply yet."""
         self.asked_at = 0.0
         """When, in s of the monotonic clock."""
         self._log = log
@@ -142,7 +142,7 @@ class Process:
         return self._client
 
     def send(self, kind: bytes, body: bytes = b"") -> None:
-        """Ask; `receive` takes the answer."""
+        """Send a request; `receive` returns the reply."""
         try:
             self.client.send(kind, body)
         except ProtocolError as error:
@@ -156,14 +156,14 @@ class Process:
             raise CellError(self._why(error)) from error
 
     def request(self, kind: bytes, body: bytes = b"") -> bytes:
-        """Ask, and return the answer."""
+        """Send a request, and return the reply."""
         self.send(kind, body)
         return self.receive(kind)
 
     def request_json(
         self, kind: bytes, question: dict[str, object] | None = None
     ) -> dict[str, object]:
-        """Ask, and return the answer, both in JSON."""
+        """Send a request, and return the reply, both in JSON."""
         try:
             return self.client.request_json(kind, question)
         except ProtocolError as error:

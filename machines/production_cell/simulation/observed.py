@@ -35,7 +35,7 @@ AXIS_OF = {
     "extraction_belt_motor": "extraction_belt",
     "rotator_arm": "rotator",
 }
-"""The axes that the explored plant's machines stand for."""
+"""The axes that the explored plant's machines represent."""
 HOME, OFFSET, FAR = 1, 2, 3
 """Members of the type Place."""
 HOME_AT = {"extractor": 1000, "rotator": 1000}
@@ -49,7 +49,7 @@ EVENTS_OF = {
     "lost": {"off_the_end", "taken_away"},
     "dropped": {"dropped"},
 }
-"""What the plant tells, and the flag of the explored plant that it stands for."""
+"""The plant's reports, and the corresponding flags of the explored plant."""
 GOOD, BAD = 1, 2
 
 

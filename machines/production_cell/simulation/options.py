@@ -105,7 +105,7 @@ OPTIONS = (
         "--priority",
         type=click.IntRange(0, 97),
         default=0,
-        help="Of the loops of the boards, with --hz.",
+        help="Rate of the boards' loops, with --hz.",
     ),
     click.option(
         "--registers", is_flag=True, help="The wires of the boards are registers of a fake FPGA."

@@ -36,13 +36,13 @@ from .world import World, WorldState
 
 CHARTS = Path(__file__).resolve().parents[1]
 KEPT = ("extractor.magnet", "rotator.magnet")
-"""What a board without power does not let go: the magnets hold by themselves.
+"""Outputs that a board without power keeps: the magnets hold without current.
 
-They let go when a board that switched them on switches them off. One that has begun anew did not;
+They let go when a board that switched them on switches them off. A restarted one did not;
 the operator takes the block off when he resets the cell.
 """
 ESTIMATOR = "estimator"
-"""It is killed and begun anew like a board."""
+"""It is killed and restarted like a board."""
 HANDS = 2
 """``operator.clear`` has this bit for the first of `KEPT` whose block is taken off, and so on."""
 Places = npt.NDArray[np.intp]
@@ -64,7 +64,7 @@ class Setup:
     pings: int = 2000
     pace: Pace = field(default_factory=Pace)
     estimator: Callable[[], Estimating] | None = None
-    """Begins an estimator that is a program of its own."""
+    """Starts an estimator that is a separate program."""
 
 
 class Estimating(Protocol):
@@ -97,13 +97,13 @@ class Outcome:
     lives: dict[str, list[Mapping[str, Any]]] = field(default_factory=dict)
     states: dict[str, tuple[str, ...]] = field(default_factory=dict)
     told: list[str] = field(default_factory=list)
-    """What the schedule of faults did."""
+    """The log of the schedule of faults."""
     begun: list[tuple[int, str]] = field(default_factory=list)
     """The steps at which faults began, and what they are."""
     not_begun: list[str] = field(default_factory=list)
     """Faults whose time did not come."""
     pace: Mapping[str, Any] = field(default_factory=dict)
-    """Counts of the clock; empty where there is none."""
+    """Counts of the clock; empty without a clock."""
     back: dict[str, list[float]] = field(default_factory=dict)
     """After so many s of real time each board that was killed was connected again."""
 
@@ -119,7 +119,7 @@ class _Watch:
 
     fault: Fault
     numbers: frozenset[int] = frozenset()
-    """Of its state and those below."""
+    """The numbers of its state and its descendants."""
     entered: int = 0
     was_there: bool = False
     due: int | None = None
@@ -161,7 +161,7 @@ class Orchestrator:
         self._inputs: dict[str, Places] = {}
         self._outputs: dict[str, Places] = {}
         self._pending: list[Action] = []
-        """What faults that began still do, at steps from the begin of the run."""
+        """The pending actions of started faults, by steps since the start of the run."""
         self._watched = [_Watch(fault) for fault in setup.faults]
         self._state = WorldState()
         self._is_stopped = False
@@ -170,7 +170,7 @@ class Orchestrator:
         self._held: set[int] = set()
         """Places of magnets that hold since their board died."""
         self._killed: dict[str, float] = {}
-        """When boards were killed that have not begun anew."""
+        """The times at which dead boards were killed."""
         self._clock = WallClock(1 / setup.pace.hz) if setup.pace.hz else None
         self._estimator: Estimating | None = None
 
@@ -260,7 +260,7 @@ class Orchestrator:
             watch.numbers = _numbers(trigger.machine, trigger.state, states)
 
     def _exchange_initial_values(self) -> None:
-        """Ask the plant first, as the boards need to know where everything stands."""
+        """Initialise the plant first, as the boards need its initial positions."""
         for process in (self._plant, *self._boards):
             self._initial(process)
 
@@ -568,7 +568,7 @@ def _numbers(machine: str, state: str, states: tuple[str, ...]) -> frozenset[int
         raise CellError(f"the cell has no machine `{machine}`; it has {known}")
     found = next((s for s in chart.states[1:] if s.id == state), None)
     if found is None or not states:
-        known = ", ".join(s.id for s in chart.states[1:]) if states else "none that a board tells"
+        known = ", ".join(s.id for s in chart.states[1:]) if states else "none that a board reports"
         raise CellError(f"{machine} has no state `{state}`; it has {known}")
     below = chart.states[found.index : found.last_descendant + 1]
     return frozenset(states.index(s.id) for s in below if s.id in states)

@@ -61,9 +61,9 @@ class WallClock:
     sleep: Callable[[float], None] = time.sleep
     cycles: int = 0
     late: int = 0
-    """Cycles that began later than a period after their deadline."""
+    """Cycles that started later than a period after their deadline."""
     missed: int = 0
-    """Deadlines at which no cycle began: plant and world stand still for so many periods."""
+    """Deadlines without a cycle: plant and world stop for so many periods."""
     worst: float = 0.0
     exchanges: dict[str, list[float]] = field(default_factory=dict)
     """For each board, from a request until its answer was taken."""
@@ -71,7 +71,7 @@ class WallClock:
     """Cycles in which a board gave no answer in time."""
     deadline: float = -1.0
     begun: float = 0.0
-    """When the cycle began."""
+    """The start of the cycle."""
 
     def wait(self) -> None:
         """Sleep until the next cycle starts. Deadlines that have passed completely are missed."""

@@ -41,14 +41,14 @@ class OperatorState:
     """The current task of the operator."""
 
     number: int = 0
-    """Of the block that was laid down last."""
+    """The number of the block that was laid down last."""
     clears: bool = False
     """He takes away the blocks that no sensor sees."""
     lamp_since: int = -1
     """-1: it is dark."""
     inserted_at: int = -10_000
     state: str = ""
-    """Of the supervisor, and since when."""
+    """The state of the supervisor, and its start."""
     since: int = 0
     pressed: tuple[tuple[str, int], ...] = ()
     """Buttons that are held, and since when."""

@@ -30,7 +30,7 @@ from .signals import (
 )
 
 STROKE = 0.2
-"""Of the sorter, out or in, in s."""
+"""The travel time of the sorter, out or in, in s."""
 FIELD_TIME = 0.04
 """Time constant of a magnet, in s."""
 GRIPS, HOLDS = 0.6, 0.2
@@ -38,11 +38,11 @@ GRIPS, HOLDS = 0.6, 0.2
 SEES, FORGETS = 0.020, 0.024
 """How near a block comes before a sensor sees it, and how far it goes before it does not, in m."""
 SENSOR_NOISE = 0.0003
-"""Of the way at which a sensor switches, in m."""
+"""The noise of the distance at which a sensor switches, in m."""
 LAID = 0.0007
 """How exactly a block is laid down, in m."""
 NOISE = 4096
-"""Random numbers drawn at the beginning, and used again and again."""
+"""Random numbers drawn at the start, and reused."""
 WATCHED = {
     "B_F0": (FEEDER_BELT, 0.0),
     "B_P": (FEEDER_BELT, blocks.PITCH),
@@ -51,9 +51,9 @@ WATCHED = {
     "B_E1": (EXTRACTION_BELT, blocks.PITCH),
     "B_E2": (EXTRACTION_BELT, 2 * blocks.PITCH),
 }
-"""What each sensor looks at: a belt, or the lane as `FEEDER`, and where on it."""
+"""The target of each sensor: a belt, or the lane as `FEEDER`, and the position on it."""
 MASS = 0.12
-"""Of a block, in kg; it varies by a tenth."""
+"""The mass of a block, in kg; it varies by a tenth."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Plant:
     axes: tuple[Axis, ...]
     noise: tuple[float, ...]
     masses: tuple[float, ...]
-    """Of blocks, by number."""
+    """The masses of blocks, by number."""
 
 
 @dataclass(frozen=True)
@@ -79,16 +79,16 @@ class PlantState(NamedTuple):
     """Where everything is."""
 
     number: int
-    """Steps since the beginning."""
+    """Steps since the start."""
     axes: tuple[AxisState, ...]
     blocks: tuple[Block, ...]
     sorter: float
     """0 is in, 1 out."""
     fields: tuple[float, float]
-    """Of the magnets of extractor and rotator, as share of the full field."""
+    """The fields of the magnets of extractor and rotator, as a share of the full field."""
     sensors: tuple[bool, ...]
     hazards: frozenset[tuple[str, int]]
-    """What is in the way of what, and was told of already."""
+    """The current hazards, which were reported already."""
     counted: tuple[int, ...]
     """As `COUNTERS`."""
     faults: Faults

@@ -16,7 +16,7 @@ import click
 HERE = Path(__file__).parent
 PACKAGE = Path(*(__package__ or "").split("."))
 MODULES = ("axes", "blocks", "plant", "plant_process", "protocol", "signals")
-"""What the plant consists of."""
+"""The modules of the plant."""
 
 
 def build(out: Path) -> Path:

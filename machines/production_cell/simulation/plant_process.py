@@ -15,7 +15,7 @@ from .signals import PLANT, STEP
 MOST_EVENTS = 10_000
 """Events kept for the report."""
 TOLD = frozenset({"inserted", "moulded"})
-"""What is counted only: it belongs to the work."""
+"""Events that are only counted: they are part of the work."""
 
 
 class PlantServer:

@@ -34,7 +34,7 @@ Json = dict[str, Any]
 
 
 PATIENCE = 200
-"""After so many ms without an answer it is asked whether there is somebody."""
+"""After so many ms without a reply, the other side's process is checked."""
 
 
 class ProtocolError(Exception):
@@ -48,7 +48,7 @@ class Node:
     name: str
     ports: Ports
     peers: tuple[str, ...] | None
-    """Whose frames are counted; None if it did not say."""
+    """The senders whose frames are counted; None if unknown."""
     states: Mapping[str, tuple[str, ...]]
     """The names of the states of its machines."""
 
@@ -81,7 +81,7 @@ def read_hello(told: Json) -> Node:
 
 
 class Client:
-    """The asking end of one connection. ``timeout`` in s; ``is_dead``: nobody is there any more."""
+    """The client end of a connection. ``timeout`` in s; ``is_dead``: the other side is gone."""
 
     def __init__(
         self,
@@ -99,12 +99,12 @@ class Client:
         self.endpoint = endpoint
 
     def request(self, kind: bytes, body: bytes = b"") -> bytes:
-        """Ask and wait; return the body of the answer."""
+        """Send a request, and return the body of the reply."""
         self.send(kind, body)
         return self.receive(kind)
 
     def send(self, kind: bytes, body: bytes = b"") -> None:
-        """Ask; `receive` takes the answer."""
+        """Send a request; `receive` returns the reply."""
         try:
             self.socket.send(kind + body)
         except zmq.ZMQError as error:
@@ -131,7 +131,7 @@ class Client:
         raise ProtocolError(f"did not answer for {self.timeout:g} s")
 
     def request_json(self, kind: bytes, question: Json | None = None) -> Json:
-        """Ask and wait, both in JSON."""
+        """Send a request, and return the reply, both in JSON."""
         body = b"" if question is None else json.dumps(question).encode()
         answer = self.request(kind, body)
         try:

@@ -24,7 +24,7 @@ SLOTS = ("f0", "p", "m", "x", "e0", "e1", "e2", "r")
 """Where a block can be, in the order of the ring; `x` and `r` are the hands of the robots."""
 BUTTONS = ("start", "stop", "pause", "resume", "reset")
 COUNTERS = ("inserted", "moulded", "ejected", "removed", "lost", "collisions")
-"""What the plant counts from the beginning."""
+"""The counts of the plant since its start."""
 
 MODULES = (
     "supervisor", "feeder_belt", "feeder", "molder", "extractor", "extraction_belt", "sorter",
@@ -61,7 +61,7 @@ TRUTHS = (
     "view.position",
     *(f"count.{counter}" for counter in COUNTERS),
 )
-"""What only the world and the record are told: true positions in counts (of the sorter in
+"""Signals for the world and the record only: true positions in counts (of the sorter in
 thousandths), the block in each slot, the block before the camera and where, in 0.1 mm."""
 PLANT = Ports((*COMMANDS, "operator.insert", "operator.clear"), (*MEASUREMENTS, *TRUTHS))
 WORLD_OUTPUTS = (

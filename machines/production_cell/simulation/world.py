@@ -11,7 +11,7 @@ from .panel import Operator, OperatorState
 from .signals import SLOTS
 
 Estimator = Callable[[CameraState, int], Estimate]
-"""Tells which block is before the sorter, from what the camera saw and the encoder of the belt."""
+"""Returns the block before the sorter, from what the camera saw and the encoder of the belt."""
 SEEN = (
     "lamp", "supervisor.state", "view.block", "view.position", "extraction_belt.encoder",
     *(f"slot.{slot}" for slot in SLOTS),

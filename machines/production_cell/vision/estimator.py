@@ -40,9 +40,9 @@ EVENTS = Qos(
     Policy.History.KeepLast(64),
 )
 UNREADABLE = (DDSException, struct.error, ValueError, TypeError, IndexError, AttributeError)
-"""What a message of another shape comes to."""
+"""The errors raised for an invalid message."""
 WAIT = 500_000_000
-"""ns, after which it is asked whether the program that began this one is gone."""
+"""Interval in ns of the check whether the parent program is gone."""
 
 
 @dataclass
