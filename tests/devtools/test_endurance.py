@@ -180,7 +180,7 @@ def test_prints_a_table(tmp_path: Path) -> None:
     arguments = [str(CELL / "molder.yaml"), str(delayed), "--hours", "0.1", "--samples", "0"]
     done = CliRunner().invoke(main, [*arguments, "--write", str(page)])
     assert done.exit_code == 0, done.output
-    assert "Later is left out: an endurance run keeps no account of delayed events" in done.output
+    assert "Later is skipped: an endurance run keeps no account of delayed events" in done.output
     assert "no law broken" in done.output
     offered = re.search(r"offered +([\d,]{4,})", done.output)
     assert offered is not None

@@ -1,4 +1,4 @@
-/* fsm.h: what every generated machine shares. C99, freestanding, no allocation.
+/* fsm.h: the definitions common to all generated machines. C99, freestanding, no allocation.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms. */
@@ -15,8 +15,8 @@ extern "C" {
 
 /* ---- configuration ----------------------------------------------------------------------------
  * FSM_HOOKS       a header that defines some of the hooks below, e.g. -DFSM_HOOKS='"my_hooks.h"'
- * FSM_NO_NAMES    leave out the tables of names
- * FSM_CHECKED     refuse events that are unknown, or carry values that are none of their type
+ * FSM_NO_NAMES    omit the tables of names
+ * FSM_CHECKED     reject events that are unknown, or carry values outside their types
  * You usually need not change anything below this line. */
 
 #ifdef FSM_HOOKS
@@ -24,8 +24,8 @@ extern "C" {
 #endif
 
 /* Hooks: called in the order of execution; compiled out unless defined. `m` is the machine. A hook
- * must not call the machine; FSM_MICROSTEPS_LEFT(m) tells how many microsteps it may still take.
- * A function may use an argument for its hook alone: one that does not need it casts it to void. */
+ * must not call the machine; FSM_MICROSTEPS_LEFT(m) is the number of microsteps it may still take.
+ * If a hook ignores an argument, it casts it to void, as some arguments are for hooks only. */
 #define FSM_UNUSED_2(a, b)                                                                         \
     do {                                                                                           \
         (void)(a);                                                                                 \
@@ -37,7 +37,7 @@ extern "C" {
         (void)(b);                                                                                 \
         (void)(c);                                                                                 \
     } while (0)
-#ifndef FSM_HOOK_BEGIN /* a macrostep begins; cause: an event, a timeout of transition `index` ... */
+#ifndef FSM_HOOK_BEGIN /* a macrostep starts; cause: an event, a timeout of transition `index` ... */
 #define FSM_HOOK_BEGIN(m, cause, index) ((void)(m))
 #endif
 #ifndef FSM_HOOK_END /* the macrostep ended */
@@ -54,7 +54,7 @@ extern "C" {
 #endif
 #ifndef FSM_HOOK_EVENT /* what: fsm_note; e: the event with its payload */
 #define FSM_HOOK_EVENT(m, what, e) FSM_UNUSED_2(m, e)
-#ifndef FSM_HOOK_LEFT /* an event without a payload leaves the machine: by default no event is made for the hook */
+#ifndef FSM_HOOK_LEFT /* an event without a payload leaves the machine; by default the hook gets no event */
 #define FSM_HOOK_LEFT(m, type, number, peer) ((void)(m))
 #endif
 #endif
@@ -69,10 +69,10 @@ extern "C" {
 #ifndef FSM_HOOK_LEFT
 #define FSM_HOOK_LEFT FSM_NOTE_LEFT
 #endif
-#ifndef FSM_HOOK_POST /* the host posted an event; fits: whether it was taken into the queue */
+#ifndef FSM_HOOK_POST /* the host posted an event; fits: whether the queue had room */
 #define FSM_HOOK_POST(m, e, fits) FSM_UNUSED_2(m, e)
 #endif
-#ifndef FSM_HOOK_TEXT /* what: fsm_note; text: a label or a name; number: what goes with it */
+#ifndef FSM_HOOK_TEXT /* what: fsm_note; text: a label or a name; number: its argument */
 #define FSM_HOOK_TEXT(m, what, text, number) FSM_UNUSED_3(m, text, number)
 #endif
 #ifndef FSM_HOOK_VALUE_I /* values of `log` and `reply`, and the end of their line */
@@ -107,7 +107,7 @@ typedef enum {
     FSM_CANCELLED, /* a delayed send, by its id */
     FSM_LOG,       /* label; values follow, then FSM_HOOK_LINE */
     FSM_REPLY,     /* the value follows, then FSM_HOOK_LINE */
-    FSM_TAKEN      /* out of its queue: a macrostep for it has just begun */
+    FSM_TAKEN      /* removed from its queue: its macrostep has just started */
 } fsm_note;
 
 typedef enum {
@@ -115,10 +115,10 @@ typedef enum {
     FSM_HANDLED,
     FSM_BUSY,    /* called from within a step of the same machine */
     FSM_STOPPED, /* not started, finished, or in a fault */
-    FSM_REFUSED  /* unknown, or carries what its declaration does not allow; with FSM_CHECKED */
+    FSM_REFUSED  /* unknown, or with a payload that its declaration does not allow; with FSM_CHECKED */
 } fsm_result;
 
-/* What became of saved bytes. */
+/* The result of restoring saved bytes. */
 typedef enum {
     FSM_RESTORED,
     FSM_DAMAGED, /* not all there, or changed */
@@ -132,21 +132,21 @@ typedef enum {
     FSM_FAULT_MICROSTEPS,      /* a macrostep without end */
     FSM_FAULT_INTERNAL,        /* the internal queue was full */
     FSM_FAULT_RANGE,           /* a value outside a range of kind `fault` */
-    FSM_FAULT_UNHANDLED_ERROR, /* nobody handled an error.* event */
+    FSM_FAULT_UNHANDLED_ERROR, /* an unhandled error.* event */
     FSM_FAULT_INVOKED          /* a machine that it invoked stopped with a fault */
 } fsm_fault;
 
 /* Why a block of content ended early. */
 enum { FSM_FINE, FSM_CONTENT_ERROR, FSM_RANGE_FAULT, FSM_TOLD };
 
-/* The number of an event for functions that select by 16 bits, however wide it is in the event: a
- * number beyond them is none, not the event that its lower bits are. */
+/* Return the number of an event as 16 bits. A number beyond 16 bits becomes 0, which is no event,
+ * instead of the event with its lower bits. */
 static inline uint16_t fsm_event_number(uint64_t event)
 {
     return event > 0xFFFFu ? (uint16_t)0u : (uint16_t)event;
 }
 
-/* A counter that stands at its greatest value once it is there. */
+/* Increment a counter that saturates at its maximum. */
 static inline void fsm_count(uint16_t *counter)
 {
     if (*counter < 65535u) {
@@ -154,7 +154,7 @@ static inline void fsm_count(uint16_t *counter)
     }
 }
 
-/* Make bytes zero. Freestanding C has no memset. */
+/* Set bytes to zero. Freestanding C has no memset. */
 static inline void fsm_clear(void *memory, size_t size)
 {
     unsigned char *bytes = (unsigned char *)memory;
@@ -175,22 +175,22 @@ typedef struct {
     uint16_t mark; /* of a delayed send: number of its id, 0 for none */
 } fsm_timer;
 
-/* Whether time `a` is `b` or later. */
+/* Return whether time `a` is `b` or later. */
 static inline bool fsm_reached(uint32_t a, uint32_t b)
 {
     return (uint32_t)(a - b) < 0x80000000u;
 }
 
-/* Put in order, after those of the same deadline; returns its place. There must be room. */
+/* Insert a timer after those with an earlier or equal deadline; return its index. There must be room. */
 uint8_t fsm_timers_insert(fsm_timer *timers, uint8_t *count, fsm_timer timer);
 
-/* Take out the timer at a place. */
+/* Remove the timer at an index. */
 void fsm_timers_remove(fsm_timer *timers, uint8_t *count, uint8_t place);
 
-/* Take out the timeout of a transition, if it is armed. */
+/* Remove the timeout of a transition, if it is armed. */
 void fsm_timers_disarm(fsm_timer *timers, uint8_t *count, uint16_t what);
 
-/* The first deadline; false where nothing is armed. */
+/* Store the first deadline; return false if no timer is armed. */
 static inline bool fsm_timers_first(const fsm_timer *timers, uint8_t count, uint32_t *deadline)
 {
     if (count == 0u) {
@@ -201,8 +201,8 @@ static inline bool fsm_timers_first(const fsm_timer *timers, uint8_t count, uint
 }
 
 /* ---- arithmetic -------------------------------------------------------------------------------
- * Division truncates toward zero; by zero it is an error of content. What fails leaves a note in
- * `*failed`; what follows in the same block is skipped. */
+ * Division truncates toward zero; division by zero is an error of content. A failure sets `*failed`,
+ * and the rest of the block is skipped. */
 
 #define FSM_DEFINE_DIVISION(suffix, type)                                                          \
     static inline type fsm_div_##suffix(uint8_t *failed, type a, type b)                           \
@@ -227,7 +227,7 @@ static inline bool fsm_timers_first(const fsm_timer *timers, uint8_t count, uint
 FSM_DEFINE_DIVISION(u32, uint32_t)
 FSM_DEFINE_DIVISION(u64, uint64_t)
 
-/* The least value divided by -1 wraps around to itself. */
+/* The minimum divided by -1 wraps around to itself. */
 #define FSM_DEFINE_SIGNED_DIVISION(suffix, type, least)                                            \
     static inline type fsm_div_##suffix(uint8_t *failed, type a, type b)                           \
     {                                                                                              \
@@ -251,7 +251,7 @@ FSM_DEFINE_DIVISION(u64, uint64_t)
 FSM_DEFINE_SIGNED_DIVISION(i32, int32_t, INT32_MIN)
 FSM_DEFINE_SIGNED_DIVISION(i64, int64_t, INT64_MIN)
 
-/* Shift right, keeping the sign, which C99 6.5.7 leaves to the compiler. */
+/* Shift right arithmetically, which C99 6.5.7 leaves to the compiler. */
 static inline int32_t fsm_asr_i32(int32_t a, uint32_t n)
 {
     return a < 0 ? ~(~a >> n) : a >> n;
@@ -262,7 +262,7 @@ static inline int64_t fsm_asr_i64(int64_t a, uint32_t n)
     return a < 0 ? ~(~a >> n) : a >> n;
 }
 
-/* Note an error of content and return `place` brought into an array of that length. */
+/* Return `place` if it is an index of an array; otherwise set an error of content and return 0. */
 static inline uint32_t fsm_place(uint8_t *failed, int64_t place, uint32_t length)
 {
     if (place < 0 || place >= (int64_t)length) {
@@ -282,7 +282,7 @@ static inline bool fsm_fails(uint8_t *failed)
     return false;
 }
 
-/* A value modulo the size of lo..hi. */
+/* Wrap a value into lo..hi. */
 static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
 {
     uint64_t size = (uint64_t)hi - (uint64_t)lo + 1u;
@@ -296,7 +296,7 @@ static inline int64_t fsm_wrap(int64_t value, int64_t lo, int64_t hi)
     return (int64_t)((uint64_t)hi - below);
 }
 
-/* The nearest number of lo..hi. */
+/* Return the nearest number of lo..hi. */
 static inline int64_t fsm_nearest(int64_t value, int64_t lo, int64_t hi)
 {
     return value < lo ? lo : value > hi ? hi : value;
@@ -308,17 +308,17 @@ static inline uint64_t fsm_nearest_u(bool below, uint64_t value, uint64_t lo, ui
     return below || value < lo ? lo : value > hi ? hi : value;
 }
 
-/* The whole part of a floating-point number, brought into lo..hi; NaN gives 0, brought into it. */
+/* Truncate a floating-point number and clamp it to lo..hi; NaN counts as 0. */
 int64_t fsm_truncate(double value, int64_t lo, int64_t hi, bool *outside);
 
-/* The same where it does not matter whether the number was outside. */
+/* The same without reporting whether the number was outside. */
 static inline int64_t fsm_whole(double value, int64_t lo, int64_t hi)
 {
     bool outside = false;
     return fsm_truncate(value, lo, hi, &outside);
 }
 
-/* The whole part of a floating-point number; without one of 64 bits it fails. */
+/* Truncate a floating-point number; fails if the result exceeds 64 bits. */
 static inline int64_t fsm_integer(uint8_t *failed, double value)
 {
     bool outside = false;
@@ -329,7 +329,7 @@ static inline int64_t fsm_integer(uint8_t *failed, double value)
     return whole;
 }
 
-/* A value of a range of kind `fault`: one outside lo..hi leaves FSM_RANGE_FAULT in `*failed`. */
+/* Check a value of a range of kind `fault`: outside lo..hi, set FSM_RANGE_FAULT in `*failed`. */
 static inline int64_t fsm_within(uint8_t *failed, int64_t value, int64_t lo, int64_t hi)
 {
     if (value >= lo && value <= hi) {
@@ -354,7 +354,7 @@ static inline uint64_t fsm_within_u(uint8_t *failed, bool below, uint64_t value,
     return lo;
 }
 
-/* The same for a floating-point number, which is brought into lo..hi. */
+/* The same for a floating-point number, which is clamped to lo..hi. */
 static inline int64_t fsm_within_f(uint8_t *failed, double value, int64_t lo, int64_t hi)
 {
     bool outside = false;

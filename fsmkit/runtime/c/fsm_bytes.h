@@ -1,4 +1,4 @@
-/* fsm_bytes.h: values as bytes, the least significant first, whatever the processor does.
+/* fsm_bytes.h: values as bytes, least significant first, on every processor.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
@@ -9,7 +9,7 @@
 
 #include "fsm_info.h"
 
-#ifndef FSM_HOOK_FOREIGN /* a symbol is written that the chart does not mention */
+#ifndef FSM_HOOK_FOREIGN /* a symbol is written that the chart does not contain */
 #define FSM_HOOK_FOREIGN(symbol) ((void)0)
 #endif
 
@@ -19,7 +19,7 @@ enum { FSM_SAVED_HEAD = 12, FSM_SAVED_CRC = 4 };
 
 typedef struct {
     uint8_t *at;
-    bool compares; /* with the bytes that are there, and leaves them as they are */
+    bool compares; /* compares with the existing bytes instead of writing */
     bool differs;
 } fsm_writer;
 
@@ -204,7 +204,7 @@ static inline uint32_t fsm_crc(const uint8_t *bytes, size_t size)
     return ~crc;
 }
 
-/* Whether bytes are whole, and of the chart whose images begin with `head`. */
+/* Check that bytes are complete, and of the chart whose images start with `head`. */
 static inline fsm_restored fsm_check(const uint8_t *bytes, size_t size, const uint8_t *head,
                                      size_t expected)
 {

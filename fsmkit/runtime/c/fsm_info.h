@@ -1,11 +1,11 @@
-/* fsm_info.h: what a generated machine is, as constants: its states, events, data, timers.
+/* fsm_info.h: the description of a generated machine as constants: states, events, data, timers.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
  *
- * X_info.c defines X_info, the description of the machine X, and X_driver, with its functions. What
- * saves, logs, tests or explores machines reads these and needs no code of its own for a chart. A
- * program that does not link X_info.c pays nothing. FSM_NO_NAMES leaves out the texts. */
+ * X_info.c defines X_info, the description of the machine X, and X_driver, with its functions. Code
+ * that saves, logs, tests or explores machines reads these and needs no code per chart. A program
+ * that does not link X_info.c pays nothing. FSM_NO_NAMES omits the strings. */
 #ifndef FSM_INFO_H
 #define FSM_INFO_H
 
@@ -21,7 +21,7 @@ extern "C" {
 #define FSM_TEXT(text) text
 #endif
 
-#define FSM_ABSENT UINT32_MAX /* the offset of a member that a machine does without */
+#define FSM_ABSENT UINT32_MAX /* the offset of a member that a machine does not have */
 
 /* ---- types of values --------------------------------------------------------------------------- */
 
@@ -43,7 +43,7 @@ typedef struct fsm_type fsm_type;
 typedef struct {
     const char *name;
     const fsm_type *type;
-    uint32_t offset; /* in what holds it; of a parameter: 0 */
+    uint32_t offset; /* in the enclosing struct; of a parameter: 0 */
 } fsm_field;
 
 struct fsm_type {
@@ -51,14 +51,14 @@ struct fsm_type {
     uint32_t size;     /* bytes */
     uint32_t count;    /* elements of an array, fields of a record, members of an enumeration */
     uint32_t scalars;  /* in an array or a record; else 1 */
-    uint64_t lo, hi;   /* bounds of what is a number, as two's complement where it has a sign */
+    uint64_t lo, hi;   /* bounds of a number, as two's complement if signed */
     const fsm_type *element;
     const fsm_field *fields;
     const char *const *members;
-    const int32_t *numbers; /* of the members; NULL where they count from 0 */
+    const int32_t *numbers; /* values of the members; NULL if they count from 0 */
 };
 
-/* ---- what a machine has ------------------------------------------------------------------------ */
+/* ---- the parts of a machine ------------------------------------------------------------------------ */
 
 typedef enum {
     FSM_HISTORY, /* never active */
@@ -74,14 +74,14 @@ typedef struct {
     uint16_t kind, parent, region, last;
 } fsm_state_info;
 
-/* Of events: the host may post it; the host takes it; of several with its name this one is meant. */
+/* Flags of an event: the host may post it; the host receives it; its name denotes this one. */
 enum { FSM_EVENT_IN = 1, FSM_EVENT_OUT = 2, FSM_EVENT_NAMED = 4 };
 
 /* An event; by its number less one. Offsets of fields are from the start of the event. */
 typedef struct {
     const char *name;
     const fsm_field *fields;
-    const fsm_type *reply; /* of the answer that it declares; else NULL */
+    const fsm_type *reply; /* type of the declared reply, or NULL */
     uint16_t field_count, flags;
 } fsm_event_info;
 
@@ -92,15 +92,15 @@ typedef struct {
     uint16_t parameter_count;
 } fsm_operation_info;
 
-/* A transition that time takes: `after` its delay, or with a period `every` so often. */
+/* A timeout: `after` its delay, or `every` period. */
 typedef struct {
-    uint32_t delay, least; /* ticks; the least where it is an interval, else the delay */
+    uint32_t delay, least; /* ticks; the minimum of an interval, else the delay */
     uint16_t transition, source;
     bool is_periodic;
 } fsm_timeout_info;
 
-/* The number of a region's deepest active state, or of what a history recorded; 0 for none. A byte
- * that is both holds FSM_RECORDED plus the number that was recorded. */
+/* The number of a region's deepest active state, or of a history's recorded state; 0 for none. A byte
+ * with both meanings holds FSM_RECORDED plus the recorded number. */
 typedef enum { FSM_PLAIN, FSM_ACTIVE_OF_BOTH, FSM_RECORDED_OF_BOTH } fsm_number_kind;
 
 enum { FSM_RECORDED = 0x80, FSM_NO_NUMBER = 0xFFFF };
@@ -108,27 +108,27 @@ enum { FSM_RECORDED = 0x80, FSM_NO_NUMBER = 0xFFFF };
 typedef struct {
     uint32_t offset;
     uint16_t size, region, kind;
-    uint16_t state; /* of a history: where what it recorded cannot be read; FSM_NO_NUMBER */
+    uint16_t state; /* of a history: the state in which its record cannot be read; FSM_NO_NUMBER */
     uint16_t history; /* FSM_NO_NUMBER: this is the number of a region */
     bool is_deep;     /* of a history */
 } fsm_number;
 
 typedef struct {
-    uint32_t offset, count; /* offsets of the array and of how many it holds */
+    uint32_t offset, count; /* offsets of the array and of its count */
     uint16_t room;          /* places in a saved machine */
 } fsm_list_info;
 
 typedef struct fsm_machine_info fsm_machine_info;
 
-/* A machine in a slot, or in a slot of such a one: those within it follow it. */
+/* A machine in a slot, possibly nested: the machines within it follow it. */
 typedef struct {
     const fsm_machine_info *info;
     const char *name; /* of its slot */
     uint32_t offset;  /* in the outermost */
-    uint16_t within;  /* how many of those that follow lie in it */
+    uint16_t within;  /* number of the following entries within it */
 } fsm_slot;
 
-/* Numbers that a saved machine does not have but places in a list of the chart. */
+/* Numbers that a saved machine stores as indices of a list of the chart. */
 typedef struct {
     const uint16_t *numbers;
     uint16_t count;
@@ -155,12 +155,12 @@ struct fsm_machine_info {
     fsm_number_list routes, marks, peers, texts;
     uint32_t running, finished, fault, busy, now, reply; /* offsets of members */
     const fsm_type *reply_type;
-    const uint8_t *head;                   /* of what is saved; NULL of a machine in a slot */
+    const uint8_t *head;                   /* of saved bytes; NULL for a machine in a slot */
     void (*init)(void *m);
     const char *(*symbol)(uint32_t number);
 };
 
-/* The functions of a machine; NULL where it has no such function. */
+/* The functions of a machine; NULL for a missing one. */
 typedef struct fsm_driver {
     const fsm_machine_info *info;
     void (*start)(void *m, uint32_t now);

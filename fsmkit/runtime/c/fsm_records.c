@@ -79,7 +79,7 @@ static uint16_t crc16(const uint8_t *bytes, size_t size)
 size_t fsm_records_frame(uint8_t *frame)
 {
     static uint8_t sequence;
-    static bool is_within; /* the last frame was full: this one may begin within a record */
+    static bool is_within; /* the last frame was full: this one may start within a record */
     size_t code = 0u;      /* where the next code of COBS goes */
     size_t size = fsm_records_take(&frame[2], FSM_FRAME_MOST);
     uint16_t crc;
@@ -166,7 +166,7 @@ static inline void sync_soon(uint32_t now)
 #endif
 }
 
-/* Time and instance count as told only with what found room; after a loss whole states follow. */
+/* Time and instance count as recorded only with a stored record; complete states follow a loss. */
 static bool put_all(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint16_t instance)
 {
     if (!FSM_TRACE_PUT(bytes, (unsigned)(end - bytes))) {

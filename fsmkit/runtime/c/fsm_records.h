@@ -1,26 +1,25 @@
-/* fsm_records.h: what machines do, as records of 1 to 4 bytes, while they do it.
+/* fsm_records.h: a live trace of machines, as records of 1 to 4 bytes.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
  *
  * Compile X_records.c instead of X.c, and fsm_records.c, all with the same of these:
  *
- *   FSM_TRACE_LEVEL     0: nothing, at no cost; 1: transitions, so states; 2: what came in, too
+ *   FSM_TRACE_LEVEL     0: nothing, at no cost; 1: transitions, thus states; 2: also inputs, events
  *   FSM_TRACE_SIZE      bytes of the ring; a power of two, at least 64; 1024
- *   FSM_TRACE_SYNC      ticks from one whole state to the next; a second
- *   FSM_TRACE_PUT(b, n) where records go instead of the ring: keeps all of n bytes and is true, or
- *                       keeps none and is false
- *   FSM_INSTANCE(m)     a number for the machine at m, where there are several (16 bits)
- *   FSM_TRACE_INSTANCES level 2: instances whose inputs are remembered, from 0 on; 1
+ *   FSM_TRACE_SYNC      ticks between two complete states; a second
+ *   FSM_TRACE_PUT(b, n) the destination of records instead of the ring: stores all n bytes and
+ *                       returns true, or none and returns false
+ *   FSM_INSTANCE(m)     a number for the machine at m, if there are several (16 bits)
+ *   FSM_TRACE_INSTANCES level 2: instances whose inputs are stored, from 0 on; 1
  *   FSM_TRACE_CONTEXT   a word, for a second thread that runs machines: compile its X_records.c and
  *                       fsm_records.c once more with it; names of this file end in _ and the word
- *   FSM_TRACE_STATE     the name of a pointer, for a host that keeps records of each machine apart,
- *                       with FSM_TRACE_PUT: to what is known of those of the machine at hand
+ *   FSM_TRACE_STATE     the name of a pointer to the state of the current machine's trace, for a host
+ *                       that separates the records of each machine; with FSM_TRACE_PUT
  *
- * The records are described in docs/reference/trace.md. The ring is written by one context: that
- * which runs the machines. It stands in a block of the layout that debug probes look for by its id,
- * "SEGGER RTT": they read it while the processor runs. A ring that is full drops what comes, and
- * counts it. */
+ * docs/reference/trace.md describes the records. Only the context that runs the machines writes the
+ * ring. It is in a block that debug probes find by its id, "SEGGER RTT", and read while the processor
+ * runs. A full ring drops and counts new records. */
 #ifndef FSM_RECORDS_H
 #define FSM_RECORDS_H
 
@@ -72,8 +71,8 @@ typedef struct {
     volatile uint8_t *bytes;
     uint32_t size;
     volatile uint32_t write; /* where the next byte goes */
-    volatile uint32_t read;  /* where the next byte is read; equal: nothing is there */
-    uint32_t flags;          /* 0: what does not fit is dropped */
+    volatile uint32_t read;  /* where the next byte is read; equal: empty */
+    uint32_t flags;          /* 0: bytes that do not fit are dropped */
 } fsm_records_channel;
 
 typedef struct {
@@ -85,13 +84,13 @@ typedef struct {
 extern fsm_records_block fsm_records_rtt;
 #endif
 
-/* Take the oldest bytes out of the ring, at most `room`; returns how many. For a carrier that is
- * no debug probe; one reader only. */
+/* Remove the oldest bytes from the ring, at most `room`; return their number. For transports other
+ * than debug probes; one reader only. */
 size_t fsm_records_take(uint8_t *bytes, size_t room);
 
 enum { FSM_FRAME_MOST = 240, FSM_FRAME_BYTES = 1 + 1 + FSM_FRAME_MOST + 2 + 1 };
 
-/* Take bytes out of the ring as a frame for a serial line: COBS of a sequence number, at most 240
+/* Remove bytes from the ring as a frame for a serial line: COBS of a sequence number, at most 240
  * bytes of records and a CRC-16/CCITT, then a zero. Returns the size of the frame, 0 for nothing.
  * `frame`: room for FSM_FRAME_BYTES. */
 size_t fsm_records_frame(uint8_t *frame);
@@ -123,29 +122,29 @@ enum {
     FSM_RECORDS_HEAD = 24         /* bytes before a payload: losses 6, instance 4, time 6, number 7 */
 };
 
-/* A call of the host, during which records are made. */
+/* A call of the host that is being recorded. */
 typedef struct {
     uint32_t now;
 #ifdef FSM_INSTANCE
     uint16_t instance;
 #endif
 #if FSM_TRACE_LEVEL >= 2
-    bool is_open;       /* it did something: its end is told */
-    bool is_dispatched; /* the event at hand was dispatched, and is not told yet */
+    bool is_open;       /* it has records, so its end is recorded */
+    bool is_dispatched; /* the current event was dispatched, and is not yet recorded */
 #endif
 } fsm_records_call;
 
 typedef struct {
     fsm_records_call call;
-    uint32_t told;   /* the time that was told last */
-    uint32_t synced; /* when the last whole states were told */
+    uint32_t told;   /* the last recorded time */
+    uint32_t synced; /* when the last complete states were recorded */
 #ifdef FSM_INSTANCE
-    const void *first; /* the machine with which they began, while not all had their turn */
-    uint16_t instance; /* that was told last */
+    const void *first; /* the first machine of that round, while it is incomplete */
+    uint16_t instance; /* the last recorded instance */
 #endif
-    uint16_t lost; /* records since the last that found room */
+    uint16_t lost; /* records lost since the last stored one */
 #ifdef FSM_TRACE_STATE
-    void *inputs; /* as they were told last */
+    void *inputs; /* as last recorded */
 #endif
 } fsm_records_state;
 
@@ -162,7 +161,7 @@ extern fsm_records_state fsm_records;
 #define FSM_RECORDS_INSTANCE ((uint16_t)0u)
 #endif
 
-/* Begin a call, and end it: calls may be nested. */
+/* Start and end a call; calls may be nested. */
 static inline fsm_records_call fsm_records_enter(uint16_t instance, uint32_t now)
 {
     const fsm_records_call outer = fsm_records.call;
@@ -179,8 +178,8 @@ static inline fsm_records_call fsm_records_enter(uint16_t instance, uint32_t now
     return outer;
 }
 
-/* Put a record that is one byte; one that is a byte, or FSM_RECORDS_FAR and what a number is beyond
- * those that are one. */
+/* Write a record of one byte; or of one byte, or FSM_RECORDS_FAR plus the number beyond those of one
+ * byte. */
 void fsm_records_byte(uint32_t now, uint32_t first, uint16_t instance);
 void fsm_records_any(uint32_t now, uint32_t first, uint16_t instance);
 #define FSM_RECORDS_NUMBER(now, number, instance)                                                  \
@@ -198,7 +197,7 @@ static inline void fsm_records_leave(fsm_records_call outer)
     fsm_records.call = outer;
 }
 
-/* Whether a machine is to tell its whole state now. */
+/* Return whether the complete state of a machine is to be recorded now. */
 #ifdef FSM_INSTANCE
 bool fsm_records_is_due(const void *m, uint32_t now, uint32_t period);
 #else
@@ -209,25 +208,25 @@ static inline bool fsm_records_is_due(const void *m, uint32_t now, uint32_t peri
 }
 #endif
 
-/* Tell it. `numbers`: status, fault, then states; `bytes`: room for the record. */
+/* Record it. `numbers`: status, fault, then states; `bytes`: room for the record. */
 void fsm_records_sync(const uint8_t *hash, uint32_t now, const uint16_t *numbers, unsigned count,
                       uint8_t *bytes);
 #ifdef FSM_RECORDS_RING
-#define FSM_RECORDS_SYNC_BYTES(count) 1u /* it is written where it stays */
+#define FSM_RECORDS_SYNC_BYTES(count) 1u /* it is written in place */
 #else
 #define FSM_RECORDS_SYNC_BYTES(count) (FSM_RECORDS_HEAD + 16u + 3u * (count))
 #endif
 
-/* Write what comes before a record, and its number; put what was written. */
+/* Write the prefix of a record, and its number; store the written bytes. */
 uint8_t *fsm_records_head(uint8_t *at, uint32_t now, uint16_t instance);
 uint8_t *fsm_records_varint(uint8_t *at, uint32_t value);
 uint8_t *fsm_records_numbered(uint8_t *at, uint32_t number);
 void fsm_records_commit(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint16_t instance);
 
-/* The same, but what finds no room is no loss: it is told again. */
+/* The same, but a record that does not fit is repeated later instead of lost. */
 void fsm_records_offer(const uint8_t *bytes, const uint8_t *end, uint32_t now, uint16_t instance);
 
-/* Whether a value is what was kept of it; it is kept. */
+/* Store a value; return whether it equals the stored one. */
 static inline bool fsm_records_keeps(const void *value, void *kept, size_t size)
 {
     const unsigned char *from = (const unsigned char *)value;

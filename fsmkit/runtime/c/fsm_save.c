@@ -219,7 +219,7 @@ static bool is_saved_active(const fsm_machine_info *info, const uint8_t *numbers
     return state == 0u || (number >= state && number <= of->last);
 }
 
-/* Whether a state can be the deepest of its region while the machine runs. */
+/* Return whether a state can be the deepest of its region while the machine runs. */
 static bool can_rest(const fsm_machine_info *info, uint32_t state)
 {
     const fsm_state_info *of = &info->states[state];
@@ -227,9 +227,8 @@ static bool can_rest(const fsm_machine_info *info, uint32_t state)
            || (of->kind == FSM_FINAL && of->parent != 0u);
 }
 
-/* Whether regions are in states only where they are active; of a machine that runs, all that are
- * active, and in states in which they can rest. The first state of a region, in the order of their
- * numbers, is its uppermost. */
+/* Return whether exactly the active regions have states; in a running machine, states in which they
+ * can rest. The first state of a region, by number, is its uppermost. */
 static bool is_legal(const fsm_machine_info *info, const uint8_t *numbers, bool is_running)
 {
     uint32_t left = info->region_count;

@@ -1,4 +1,4 @@
-/* fsm_save.h: a machine as bytes, and back, whatever machine it is.
+/* fsm_save.h: save any machine to bytes, and restore it.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
@@ -13,10 +13,10 @@
 extern "C" {
 #endif
 
-/* Write a machine, timers with the time they have left; false from within a step. */
+/* Save a machine, with the remaining time of its timers; return false within a step. */
 bool fsm_save(const fsm_machine_info *info, const void *m, uint32_t now, uint8_t *bytes);
 
-/* The reverse; bytes that are refused leave the machine as it is, or as it was made. */
+/* Restore a machine; rejected bytes leave it unchanged, or as initialized. */
 fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, const uint8_t *bytes,
                          size_t size);
 

@@ -1,17 +1,17 @@
-/* fsm_trace.h: what machines did, in a ring; what came to them, in a log that can be replayed.
+/* fsm_trace.h: the last transitions of machines in a ring; their inputs in a log for replay.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
  *
- * Compile X_trace.c instead of X.c, and fsm_trace.c; to log, X_info.c too. The machine X is used as
- * ever.
+ * Compile X_trace.c instead of X.c, and fsm_trace.c; to log, X_info.c too. The machine X is used
+ * unchanged.
  *
  *   FSM_TRACE_RECORDS  transitions that the ring holds, 12 bytes each; a power of two, or 0: no ring
- *   FSM_LOGGED            defined: everything is told to fsm_log_write, which the host defines
- *   FSM_INSTANCE(m)    a number for the machine at m, where there are several (16 bits)
+ *   FSM_LOGGED            defined: everything is passed to fsm_log_write, which the host defines
+ *   FSM_INSTANCE(m)    a number for the machine at m, if there are several (16 bits)
  *
- * All machines of a context share both. Where several threads run machines, let fsm_log_write and
- * the steps of all be within one lock. */
+ * All machines of a context share both. If several threads run machines, protect fsm_log_write and
+ * all steps by one lock. */
 #ifndef FSM_TRACE_H
 #define FSM_TRACE_H
 
@@ -43,10 +43,10 @@ enum { FSM_TRACE_TIMEOUT = 0xFFFF /* instead of an event */, FSM_TRACE_HEAD = 8 
 
 #define FSM_TRACE_BYTES (FSM_TRACE_HEAD + 12u * (FSM_TRACE_RECORDS))
 
-/* Write the ring, oldest first, into FSM_TRACE_BYTES; returns how many bytes it took. */
+/* Write the ring, oldest first, into FSM_TRACE_BYTES; return the number of bytes. */
 size_t fsm_trace_dump(uint8_t *bytes);
 
-/* Forget all. */
+/* Empty the ring. */
 void fsm_trace_clear(void);
 
 /* ---- the log -----------------------------------------------------------------------------------
@@ -54,17 +54,17 @@ void fsm_trace_clear(void);
 
 typedef enum {
     FSM_LOG_START = 1, /* instance, now, inputs, hash of the chart */
-    FSM_LOG_RUN,       /* instance, now, inputs; runs that find nothing to do are left out */
+    FSM_LOG_RUN,       /* instance, now, inputs; runs without work are omitted */
     FSM_LOG_DISPATCH,  /* instance, now, inputs, event */
     FSM_LOG_POST,      /* instance, whether there was room, event */
     FSM_LOG_CALLED,    /* machine, operation, its result */
     FSM_LOG_TAKEN,     /* machine, transition */
-    FSM_LOG_END,       /* of the last start, run or dispatch that has none */
+    FSM_LOG_END,       /* ends the last open start, run or dispatch */
     FSM_LOG_RESTORE    /* instance, now, the saved machine */
 } fsm_log_kind;
 
 #ifdef FSM_LOGGED
-/* The host defines it: keep some bytes, in a file or wherever they can be read from. */
+/* Store some bytes, in a file for instance; defined by the host. */
 void fsm_log_write(const uint8_t *bytes, size_t size);
 #endif
 

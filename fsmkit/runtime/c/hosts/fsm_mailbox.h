@@ -12,8 +12,8 @@
  *   feeder_mailbox_put(&from_isr, &event);          the producer; false if there was no room
  *   feeder_mailbox_run(&from_isr, &machine, now);   the machine's context, instead of feeder_run
  *
- * An event leaves the mailbox when the machine has taken it, so the only loss is at a full mailbox:
- * the producer is told, and feeder_mailbox_lost counts it.
+ * An event leaves the mailbox when the machine has taken it, so events are lost at a full mailbox
+ * only: feeder_mailbox_put returns false, and feeder_mailbox_lost counts them.
  *
  * Several producers may share a mailbox where none can interrupt another, or where these guard them;
  * define both, or none, before this header:
@@ -99,8 +99,8 @@ static inline void fsm_ring_release(fsm_ring *ring)
 /* Define X_mailbox and its functions for the machine X, whose queue holds `queue` events, with a
  * power of two of slots.
  *
- * X_mailbox_drain posts events until the mailbox is empty, the machine refuses one (which stays),
- * or it posted a queueful; returns how many. For several mailboxes before one X_run.
+ * X_mailbox_drain posts events until the mailbox is empty, the machine rejects one (which stays),
+ * or a queueful was posted; it returns their number. For several mailboxes before one X_run.
  *
  * X_mailbox_run posts what was there when it was called, and runs the machine after each queueful.
  * Bounded by the slots.

@@ -42,7 +42,7 @@ static bool reached(uint32_t a, uint32_t b)
     return a - b < 0x80000000u;
 }
 
-/* ---- the last of what is written -------------------------------------------------------------- */
+/* ---- the latest value of a writer -------------------------------------------------------------- */
 
 #define IS_NEW 4u
 
@@ -268,7 +268,7 @@ bool fsm_link_next(fsm_link *link, fsm_link_frame *frame)
     bool has_event = fsm_ring_front(&link->out.ring, FSM_LINK_SLOTS, &place);
     found = latest_read(&link->levels);
     if (found != NULL) {
-        /* With an empty ring, all events of former cycles were sent or refused. */
+        /* With an empty ring, all events of earlier cycles were sent or rejected. */
         if (fsm_ring_count(&link->out.ring) == 0u && reached(found->number, link->events)) {
             link->events = found->number;
         }
@@ -420,10 +420,10 @@ static bool is_frame(fsm_link *link, uint8_t peer, const uint8_t *bytes, size_t 
     return true;
 }
 
-/* Count a frame of the present session of its peer, or one that begins a new one. A later session
- * begins at once; of a peer that has shown no key only the next FSM_LINK_SESSIONS. Any other begins
- * when the present one has been silent for FSM_LINK_QUIET cycles, so that whoever forges a session,
- * and goes, does not lock the peer out for longer than that. */
+/* Count a frame, and return whether it belongs to the present session or starts a new one. A later
+ * session starts immediately; if the peer has shown no key, only the next FSM_LINK_SESSIONS do. Any
+ * other starts after FSM_LINK_QUIET silent cycles of the present one. So a forged session locks the
+ * peer out for at most that time. */
 static bool is_present(const fsm_link *link, fsm_link_peer *peer, uint32_t session)
 {
     uint32_t present = (uint32_t)fsm_shared_own(&peer->session);

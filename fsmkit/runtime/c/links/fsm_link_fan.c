@@ -64,7 +64,7 @@ static bool heard_by(void *carrier, fsm_link *link, uint8_t peer, uint32_t sessi
            fan->inner->heard_by(fan->inner_carrier, link, peer, session, timeout_ms);
 }
 
-/* Wait until a cycle ends, or for the next period; whoever was late begins a new one. */
+/* Wait for the end of a cycle, or for the next period; a late thread starts a new period. */
 static void wait_for_work(fsm_link_fan *fan, struct timespec *due)
 {
     struct timespec now;

@@ -39,7 +39,7 @@ void fsm_cortex_m_sleep(void);
 /* Call `step` at every tick and wake, and sleep in between. Does not return. */
 void fsm_cortex_m_loop(fsm_cortex_m_step step, void *context);
 
-/* Ticks during which `step` never began, as the one before was not done. */
+/* Return the number of ticks without a start of `step`, because the last one was not finished. */
 uint32_t fsm_cortex_m_missed(void);
 
 /* Make an interrupt of the board possible; have it happen as soon as it can. */

@@ -19,7 +19,7 @@ enum { SEMIHOSTING_EXIT = 0x20, APPLICATION_EXIT = 0x20026, UNEXPECTED = 70 };
 
 typedef void (*handler)(void);
 
-/* Of the linker script. */
+/* Defined by the linker script. */
 extern uint32_t mps2_stack_top[], mps2_data_image[], mps2_data[], mps2_data_end[];
 extern uint32_t mps2_bss[], mps2_bss_end[];
 

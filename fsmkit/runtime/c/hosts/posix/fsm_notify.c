@@ -76,7 +76,7 @@ static void *send_all(void *of)
 
 /* ---- set-up ------------------------------------------------------------------------------------- */
 
-/* A path, or a name that begins with `@` and is in no file system (Linux). */
+/* Read a path, or a name that starts with `@` and is in no file system (Linux). */
 static bool read_address(fsm_notify *notify, const char *name)
 {
     const size_t length = strlen(name);

@@ -1,5 +1,5 @@
-/* fsm_notify.h: a supervisor of processes learns that a real-time loop runs: the protocol of sd_notify
- * (systemd, NOTIFY_SOCKET), without libsystemd.
+/* fsm_notify.h: report to a supervisor that a real-time loop runs: the protocol of sd_notify (systemd,
+ * NOTIFY_SOCKET), without libsystemd.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
@@ -8,14 +8,14 @@
  *   error = fsm_notify_open(&notify);           before the loop; it starts a thread
  *   ...
  *   fsm_notify_beat(&notify);                   in each cycle of the loop
- *   fsm_notify_ready(&notify);                  once, e.g. when the other nodes were heard
- *   fsm_notify_status(&notify, "producing");    now and then, e.g. once a second
+ *   fsm_notify_ready(&notify);                  once, e.g. after a frame of each node
+ *   fsm_notify_status(&notify, "producing");    repeatedly, e.g. once a second
  *   ...
  *   fsm_notify_close(&notify);                  after the loop
  *
- * The loop makes no system call for it: it writes memory, a thread sends. The thread sends WATCHDOG=1 only if
- * the loop has begun a cycle since the last time, so a loop that hangs is noticed while the thread lives.
- * Where nobody listens, all calls do nothing. Nothing is allocated but the stack of the thread. */
+ * The loop makes no system call: it writes memory, and a thread sends. The thread sends WATCHDOG=1 only if
+ * the loop has started a cycle since the last time, so a hung loop is detected while the thread lives.
+ * Without a supervisor, all calls do nothing. Only the stack of the thread is allocated. */
 #ifndef FSM_NOTIFY_H
 #define FSM_NOTIFY_H
 
@@ -36,8 +36,8 @@ extern "C" {
 typedef struct {
     uint64_t watchdog_us; /* the supervisor's, from WATCHDOG_USEC; 0: it has none */
 
-    /* Its own. */
-    int socket; /* -1: nobody listens */
+    /* Internal. */
+    int socket; /* -1: no supervisor */
     struct sockaddr_un address;
     socklen_t address_length;
     pthread_t thread;
@@ -49,16 +49,16 @@ typedef struct {
 } fsm_notify;
 
 /* Connect to the supervisor that the environment names, and start the thread that sends. The thread has no
- * real-time priority. Returns 0, also where nobody listens, or an errno. */
+ * real-time priority. Return 0, also without a supervisor, or an errno. */
 int fsm_notify_open(fsm_notify *notify);
 
-/* From the loop's thread alone. A status that comes while the one before was not sent yet is dropped; one that
- * is too long is cut, and its line ends become blanks. */
+/* For the loop's thread only. A status is dropped while the previous one is unsent. A long one is
+ * truncated, and its line ends become spaces. */
 void fsm_notify_beat(fsm_notify *notify);
 void fsm_notify_ready(fsm_notify *notify);
 void fsm_notify_status(fsm_notify *notify, const char *status);
 
-/* Say that the process stops, and end the thread. */
+/* Report that the process stops, and end the thread. */
 void fsm_notify_close(fsm_notify *notify);
 
 #ifdef __cplusplus

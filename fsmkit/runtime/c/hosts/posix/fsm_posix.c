@@ -113,7 +113,7 @@ typedef struct {
     uint64_t preemptions, faults, fetches; /* fetches: faults that waited for a disk */
 } usage;
 
-/* Of this thread; all 0 where the system does not count them. */
+/* Return the usage of this thread; all 0 if the system does not count them. */
 static usage usage_now(const fsm_posix *host)
 {
     usage now = {0, 0, 0};
@@ -183,9 +183,9 @@ static void note_overrun(fsm_posix *host, uint64_t deadline, const timed *it)
     host->overruns++;
 }
 
-/* ---- what the loop asks the system for ------------------------------------------------------------ */
+/* ---- requests to the system ------------------------------------------------------------ */
 
-/* Map the pages of the stack. Each frame is used after the next one is gone, so none can be left out. */
+/* Map the pages of the stack. Each frame is used after the next one ends, so none can be omitted. */
 static unsigned touch_stack(size_t bytes)
 {
     volatile unsigned char page[FRAME_BYTES];
