@@ -106,10 +106,11 @@ def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     params = getattr(item, "callspec", None)
     if params and any(getattr(v, "name", v) == "javascript" for v in params.params.values()):
         needs.tool("node")
+    by_fixtures = len(started)
     yield
     if not item.config.option.markexpr or item.get_closest_marker("external"):
         return
-    if external := sorted(needs.EXTERNAL & set(started)):
+    if external := sorted(needs.EXTERNAL & set(started[by_fixtures:])):
         pytest.fail(f"the test starts {', '.join(external)}: mark it `external`")
     if started and not (item.get_closest_marker("cc") or item.get_closest_marker("slow")):
         pytest.fail(f"the test starts {', '.join(sorted(set(started)))}: mark it `cc`")

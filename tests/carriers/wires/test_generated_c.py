@@ -122,7 +122,7 @@ def sequence(draw: random.Random, board: Board) -> list[list[int]]:
     return found
 
 
-@pytest.mark.cc
+@pytest.mark.external
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(BOARDS))
 def test_c_and_reference_agree(

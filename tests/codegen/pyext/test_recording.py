@@ -87,7 +87,7 @@ def classes(
     return load_class(lamp, recorded=True), load_class(paced, recorded=True, saved=False)
 
 
-@pytest.mark.cc
+@pytest.mark.external
 @pytest.mark.slow
 def test_random_charts_record_the_bytes_of_the_interpreter(lamp: Chart) -> None:
     """So those of C, by a test of that. With a trace beside, and without one."""
