@@ -62,7 +62,7 @@ AWKWARD = 'end "a" ; #1 <b> & `c` **d** \\n %x\u0007'
 
 
 @pytest.mark.parametrize("part", Part)
-@pytest.mark.parametrize("way", Transport)
+@pytest.mark.parametrize("transport", Transport)
 def test_svg_is_well_formed_whatever_the_texts_are(transport: Transport, part: Part) -> None:
     drawn = diagram(block(1, AWKWARD, arrows=(Arrow(0, 1, AWKWARD, transport, part),)))
     root = ET.fromstring(svg.draw(drawn))
