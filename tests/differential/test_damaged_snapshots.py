@@ -5,6 +5,7 @@ The long run is ``python -m devtools.snapshots``.
 
 from __future__ import annotations
 
+import random
 import struct
 from pathlib import Path
 
@@ -62,6 +63,19 @@ def test_an_error_of_memory_is_a_divergence(monkeypatch: pytest.MonkeyPatch) -> 
     )
     totals = snapshots.run_chart(0, 3, 2, ["c-sanitized"])
     assert totals.divergences == 1
+
+
+def test_machines_whose_timers_are_long_overdue_are_not_drawn() -> None:
+    """They are right, but their traces have no end that a test could wait for."""
+    case = snapshots.random_case(104, 0, is_saved=True)
+    draw = random.Random(0)
+    saved = snapshots.snapshots(case)
+    anyhow = [snapshots.damaged(draw, case.chart, draw.choice(saved)) for _ in range(1_000)]
+    assert any(snapshots.is_overdue(case.chart, data) for data in anyhow)
+    scripts = snapshots.scripts(draw, case, 1_000)
+    drawn = [bytes.fromhex(lines[0].split()[2]) for lines in scripts]
+    assert len(drawn) == 1_000
+    assert not any(snapshots.is_overdue(case.chart, data) for data in drawn)
 
 
 def saved_on() -> tuple[fsmkit.Session, bytearray]:
