@@ -13,7 +13,7 @@ import pytest
 
 import fsmkit
 from devtools import snapshots
-from devtools.differential import Case, compare_all
+from devtools.differential import Case, compare_all, random_case
 from devtools.runtimes import harness
 from fsmkit.plan.image import head, sealed
 from fsmkit.runtime import interpreter
@@ -67,7 +67,7 @@ def test_an_error_of_memory_is_a_divergence(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_machines_whose_timers_are_long_overdue_are_not_drawn() -> None:
     """They are right, but their traces have no end that a test could wait for."""
-    case = snapshots.random_case(104, 0, is_saved=True)
+    case = random_case(104, 0, is_saved=True)
     draw = random.Random(0)
     saved = snapshots.snapshots(case)
     anyhow = [snapshots.damaged(draw, case.chart, draw.choice(saved)) for _ in range(1_000)]
