@@ -31,10 +31,10 @@ from devtools.random_charts.using import is_sound, random_using
 from devtools.runtimes import harness
 from devtools.runtimes import runtimes as named
 from fsmkit.chart.chart import Chart, Data
-from fsmkit.chart.format import spell_operation
+from fsmkit.chart.format import format_operation
 from fsmkit.diagnostics import Source, Text
 from fsmkit.document import document as doc
-from fsmkit.language import EnumType, Field, Literal, RecordType, spell_value
+from fsmkit.language import EnumType, Field, Literal, RecordType, format_value
 from fsmkit.language.statements.tree import DocArgument, DocField
 from fsmkit.testing.harness.harness import INTERPRETER, Harness
 
@@ -215,7 +215,7 @@ def _document(
         operations=tuple(
             doc.DocOperation(
                 text(names[o.name]), _fields(o.parameters),
-                None if o.result is None else text(spell_operation(o, alone).partition(" -> ")[2]),
+                None if o.result is None else text(format_operation(o, alone).partition(" -> ")[2]),
             )
             for o in alone.operations
             if o.name in names
@@ -240,7 +240,7 @@ def _start(data: Data, inits: Mapping[str, Literal]) -> Text | None:
     literal = inits.get(data.name)
     if literal is None or isinstance(literal.type, RecordType):
         return None
-    return text(spell_value(literal.value, literal.type, 1000))
+    return text(format_value(literal.value, literal.type, 1000))
 
 
 def _type(type_: EnumType | RecordType) -> doc.DocType:

@@ -13,16 +13,16 @@ from typing import Any
 from lark.grammar import Rule
 from lark.lexer import TerminalDef
 
-from fsmkit.language.parser_tables import GRAMMAR, TABLES, made, maker
+from fsmkit.language.parser_tables import GRAMMAR, TABLES, build_parser, fingerprint
 
 SHIFT = 0
 
 
 def tables_of(grammar: str) -> str:
     """Return the tables of a grammar as the text of a file of JSON."""
-    data, memo = made(grammar).memo_serialize([TerminalDef, Rule])
+    data, memo = build_parser(grammar).memo_serialize([TerminalDef, Rule])
     data["parser"]["parser"] = _ordered(data["parser"]["parser"])
-    content = {"made_by": maker(grammar), "data": data, "memo": memo}
+    content = {"made_by": fingerprint(grammar), "data": data, "memo": memo}
     return json.dumps(content, separators=(",", ":")) + "\n"
 
 

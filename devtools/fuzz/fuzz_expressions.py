@@ -24,9 +24,9 @@ with atheris.instrument_imports(include=["fsmkit"]):
         Signature,
         Storage,
         fold,
+        format_expression,
         read_duration,
         read_type,
-        spell,
         type_call,
         type_expression,
         type_location,
@@ -118,7 +118,7 @@ def target(content: bytes) -> None:
         assert (result is None) == findings.has_errors, (read.__name__, value)
         if read is type_expression and result is not None:
             fold(result)
-            spell(result)
+            format_expression(result)
     read_signature(text, Findings())
     read_typed(text, Findings())
     findings = Findings()

@@ -1,4 +1,4 @@
-"""Pieces of a Chart as people write them: statements, triggers, declarations, each in one line."""
+"""Formatting of parts of a Chart in one line: statements, triggers, declarations."""
 
 from __future__ import annotations
 
@@ -12,20 +12,23 @@ from fsmkit.chart.chart import Chart, Operation, Transition
 from fsmkit.document.document import Trigger
 
 
-def spell_block(block: stmt.Block, chart: Chart) -> str:
-    """Return a handler: its statements, separated by ``;``."""
-    return "; ".join(spell_statement(statement, chart) for statement in block)
+def format_block(block: stmt.Block, chart: Chart) -> str:
+    """Return the statements of a handler, separated by ``;``."""
+    return "; ".join(format_statement(statement, chart) for statement in block)
 
 
-def spell_statement(statement: stmt.Statement, chart: Chart) -> str:
-    """Return a statement; what cannot be executed is spelt as an error."""
-    tick = chart.capacities.tick
+def format_statement(statement: stmt.Statement, chart: Chart) -> str:
+    """Return a statement; one that cannot be executed is formatted as an error."""
+
+    def text(expr: lang.Expr) -> str:
+        return lang.format_expression(expr, chart.capacities.tick)
+
     match statement:
         case stmt.Assign(location, value, sign=sign):
             operand = _operand(value, sign)
             if operand is not None:
-                return f"{lang.spell(location, tick)} {sign}= {lang.spell(operand, tick)}"
-            return f"{lang.spell(location, tick)} = {lang.spell(value, tick)}"
+                return f"{text(location)} {sign}= {text(operand)}"
+            return f"{text(location)} = {text(value)}"
         case stmt.Raise(event, arguments):
             return f"raise {_event(event, arguments, chart)}"
         case stmt.Send():
@@ -34,28 +37,28 @@ def spell_statement(statement: stmt.Statement, chart: Chart) -> str:
             return f"cancel {name}"
         case stmt.Log(label, values):
             parts = [json.dumps(label, ensure_ascii=False)] if label else []
-            return f"log {', '.join((*parts, *(lang.spell(v, tick) for v in values)))}".rstrip()
+            return f"log {', '.join((*parts, *map(text, values)))}".rstrip()
         case stmt.If(branches):
             return " else ".join(
-                (f"if {lang.spell(b.condition, tick)} " if b.condition is not None else "")
-                + f"{{ {spell_block(b.body, chart)} }}"
+                (f"if {text(b.condition)} " if b.condition is not None else "")
+                + f"{{ {format_block(b.body, chart)} }}"
                 for b in branches
             )
         case stmt.Local(place, value, is_fixed=is_fixed):
             named = f"let {place.name}" if is_fixed else f"var {place.name} {place.type}"
-            return named if value is None else f"{named} = {lang.spell(value, tick)}"
+            return named if value is None else f"{named} = {text(value)}"
         case stmt.ForEach(array, item, index, body):
             names = item.name if index is None else f"{item.name}, {index.name}"
-            return f"for {names} in {array.name} {{ {spell_block(body, chart)} }}"
-        case stmt.Valued(value):
-            return f"{statement.word} {lang.spell(value, tick)}"
+            return f"for {names} in {array.name} {{ {format_block(body, chart)} }}"
+        case stmt.KeywordStatement(value):
+            return f"{statement.word} {text(value)}"
         case stmt.CallOperation(call):
-            return lang.spell(call, tick)
+            return text(call)
         case stmt.Invoke(slot, arguments):
             invocation = chart.invocations[slot]
             data = (invocation.chart.data[place] for place in invocation.given)
             pairs = zip((d.name for d in data), arguments, strict=True)
-            listed = ", ".join(f"{name} = {lang.spell(value, tick)}" for name, value in pairs)
+            listed = ", ".join(f"{name} = {text(value)}" for name, value in pairs)
             return f"invoke {invocation.id}({listed})"
         case stmt.Fail(reason, is_raised=is_raised):
             return f"end of the block: {reason}" if is_raised else f"error.execution: {reason}"
@@ -64,7 +67,7 @@ def spell_statement(statement: stmt.Statement, chart: Chart) -> str:
 
 
 def _operand(value: lang.Expr, sign: str) -> lang.Expr | None:
-    """Return what stands behind ``sign=`` in an assignment written so; None for any other one."""
+    """Return the right side of an assignment written with ``sign=``; None for other assignments."""
     while isinstance(value, lang.Convert):
         value = value.operand
     return value.right if isinstance(value, lang.Binary) and value.op.value == sign else None
@@ -74,25 +77,27 @@ def _event(event: int, arguments: Iterable[lang.Expr], chart: Chart) -> str:
     declared = chart.events[event]
     tick = chart.capacities.tick
     parts = [
-        f"{f.name} = {lang.spell(a, tick)}" for f, a in zip(declared.fields, arguments, strict=True)
+        f"{f.name} = {lang.format_expression(a, tick)}"
+        for f, a in zip(declared.fields, arguments, strict=True)
     ]
     return f"{declared.name}({', '.join(parts)})" if parts else declared.name
 
 
 def _send(send: stmt.Send, chart: Chart) -> str:
-    told = f"send {_event(send.event, send.arguments, chart)}"
+    text = f"send {_event(send.event, send.arguments, chart)}"
     if send.peer is not None:
-        told += f" to {send.peer}"
+        text += f" to {send.peer}"
     elif send.destination is stmt.Destination.INTERNAL:
-        told += ' to "#_internal"'
+        text += ' to "#_internal"'
     if send.delay is not None:
-        told += f" after {lang.spell(send.delay, chart.capacities.tick)}"
-    return told if send.id is None else f"{told} as {send.id}"
+        text += f" after {lang.format_expression(send.delay, chart.capacities.tick)}"
+    return text if send.id is None else f"{text} as {send.id}"
 
 
-def spell_trigger(transition: Transition, chart: Chart) -> str:
-    """Return what makes a transition be looked at: ``on arrived``, ``after 500ms``, ``always``."""
-    delay = lang.spell_value(transition.delay, lang.DURATION, chart.capacities.tick)
+def format_trigger(transition: Transition, chart: Chart) -> str:
+    """Return the trigger of a transition: ``on arrived``, ``after 500ms``, ``always``."""
+    tick = chart.capacities.tick
+    delay = lang.format_value(transition.delay, lang.DURATION, tick)
     match transition.trigger:
         case Trigger.EVENT:
             return f"on {', '.join(transition.descriptors)}"
@@ -100,11 +105,7 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
             return "always"
         case Trigger.AFTER:
             least = transition.least
-            low = (
-                ""
-                if least is None
-                else lang.spell_value(least, lang.DURATION, chart.capacities.tick)
-            )
+            low = "" if least is None else lang.format_value(least, lang.DURATION, tick)
             high = "" if transition.is_open_ended else delay
             return f"after {low}..{high}" if low else f"after {delay}"
         case Trigger.EVERY:
@@ -118,27 +119,28 @@ def spell_trigger(transition: Transition, chart: Chart) -> str:
             assert_never(transition.trigger)
 
 
-def spell_operation(operation: Operation, chart: Chart) -> str:
-    """Return the declaration of an operation, with the results that are tried."""
-    text = spell_signature(operation.name, operation.parameters, operation.result)
+def format_operation(operation: Operation, chart: Chart) -> str:
+    """Return the declaration of an operation, with the results that the explorer tries."""
+    text = format_signature(operation.name, operation.parameters, operation.result)
     if not operation.tried or operation.result is None:
         return text
     type_, tick = operation.result, chart.capacities.tick
-    return f"{text} from {{{', '.join(lang.spell_value(v, type_, tick) for v in operation.tried)}}}"
+    tried = ", ".join(lang.format_value(v, type_, tick) for v in operation.tried)
+    return f"{text} from {{{tried}}}"
 
 
-def spell_function(function: lang.FunctionBody, chart: Chart) -> str:
+def format_function(function: lang.FunctionBody, chart: Chart) -> str:
     """Return a function: its declaration and its body."""
     fields = (lang.Field(p.name, p.type) for p in function.parameters)
-    head = spell_signature(function.name, fields, function.result)
+    head = format_signature(function.name, fields, function.result)
     match function.body:
         case (stmt.Return(value),):
-            return f"{head}: {lang.spell(value, chart.capacities.tick)}"
+            return f"{head}: {lang.format_expression(value, chart.capacities.tick)}"
         case body:
-            return f"{head}: {spell_block(body, chart)}"
+            return f"{head}: {format_block(body, chart)}"
 
 
-def spell_signature(name: str, fields: Iterable[lang.Field], result: lang.Type | None) -> str:
+def format_signature(name: str, fields: Iterable[lang.Field], result: lang.Type | None) -> str:
     """Return the declaration of an operation or an event."""
     parts = ", ".join(f"{f.name} {f.type}" for f in fields)
     return f"{name}({parts})" + ("" if result is None else f" -> {result}")

@@ -17,12 +17,12 @@ from fsmkit.language.statements.tree import (
     Fail,
     ForEach,
     If,
+    KeywordStatement,
     Local,
     Log,
     Raise,
     Reply,
     Return,
-    Valued,
 )
 
 __all__ = (
@@ -37,6 +37,7 @@ __all__ = (
     "ForEach",
     "If",
     "Invoke",
+    "KeywordStatement",
     "Local",
     "Log",
     "Raise",
@@ -44,7 +45,6 @@ __all__ = (
     "Return",
     "Send",
     "Statement",
-    "Valued",
 )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocState, Document
-from fsmkit.language.placing import values_of
+from fsmkit.language.relocation import field_getter
 
 EXPRESSIONS = frozenset(
     [
@@ -144,7 +144,7 @@ def _held_backwards(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
     """Return how to take what a piece of a document holds, the last first."""
     if kind is Text or not is_dataclass(kind):
         return None
-    return values_of(_field_names(kind)[::-1])
+    return field_getter(_field_names(kind)[::-1])
 
 
 @cache
@@ -152,7 +152,7 @@ def _structural(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
     """Return how to take of a piece of a document what is more than a text or a word."""
     if kind is Text or not is_dataclass(kind):
         return None
-    return values_of(_not_plain(kind)[::-1])
+    return field_getter(_not_plain(kind)[::-1])
 
 
 @cache
@@ -162,7 +162,7 @@ def _changeable(kind: type[Any]) -> tuple[tuple[str, ...], Callable[[Any], tuple
     if kind is not Text and is_dataclass(kind):
         pieces = _not_plain(kind)
         names = tuple(n for n in _field_names(kind) if n in EXPRESSIONS or n in pieces)
-    return names, values_of(names)
+    return names, field_getter(names)
 
 
 @cache

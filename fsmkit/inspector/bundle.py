@@ -26,7 +26,7 @@ from fsmkit.inspector import page
 from fsmkit.inspector.breakpoints import machine_without_prefix
 from fsmkit.inspector.charts import chart_message, type_json
 from fsmkit.inspector.page import Page
-from fsmkit.language import BOOL, Expr, Storage, Value, Variable, spell
+from fsmkit.language import BOOL, Expr, Storage, Value, Variable, format_expression
 from fsmkit.language.walk import nodes
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.library import JAVASCRIPT_LIBRARY
@@ -302,7 +302,7 @@ def _query_data(chart: Chart) -> Json:
     return {
         "guards": {
             str(t.index): {
-                "text": spell(t.guard, chart.capacities.tick),
+                "text": format_expression(t.guard, chart.capacities.tick),
                 "reads": _event_fields(chart, t.guard),
             }
             for t in chart.transitions

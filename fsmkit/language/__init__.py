@@ -12,7 +12,7 @@ from fsmkit.language.conversion import can_convert, convert, default_value
 from fsmkit.language.environment import ContentError, Environment, RangeFault
 from fsmkit.language.evaluation import evaluate, store
 from fsmkit.language.folding import fold, fold_location
-from fsmkit.language.format import SourcePrinter, spell, spell_value
+from fsmkit.language.format import SourcePrinter, format_expression, format_value
 from fsmkit.language.notation import read_duration, read_type
 from fsmkit.language.printing import ExprPrinter, Fragment, Operator, Walk
 from fsmkit.language.scope import Scope, Signature
@@ -25,7 +25,8 @@ from fsmkit.language.tree import (
     Checked,
     Conditional,
     Convert,
-    Decided,
+    CoveredCondition,
+    CoveredGuard,
     Element,
     EventField,
     EventName,
@@ -44,7 +45,6 @@ from fsmkit.language.tree import (
     Unary,
     UnaryOp,
     Variable,
-    Watched,
 )
 from fsmkit.language.types import (
     BOOL,
@@ -97,7 +97,8 @@ __all__ = [
     "Conditional",
     "ContentError",
     "Convert",
-    "Decided",
+    "CoveredCondition",
+    "CoveredGuard",
     "DurationType",
     "Element",
     "EnumType",
@@ -135,7 +136,6 @@ __all__ = [
     "Value",
     "Variable",
     "Walk",
-    "Watched",
     "can_convert",
     "convert",
     "default_value",
@@ -143,11 +143,11 @@ __all__ = [
     "flag_of",
     "fold",
     "fold_location",
+    "format_expression",
+    "format_value",
     "location_of_session",
     "read_duration",
     "read_type",
-    "spell",
-    "spell_value",
     "store",
     "type_call",
     "type_expression",

@@ -1,4 +1,4 @@
-"""The laws of integer arithmetic: intervals of exact results, and reduction to machine types."""
+"""Integer arithmetic: intervals of exact results, and reduction to machine types."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from fsmkit.language.tree import BinaryOp
 from fsmkit.language.types import INT32, INT64, UINT32, UINT64, IntType, Overflow
 
 RESULTS = (INT32, UINT32, INT64, UINT64)
-"""The types arithmetic on machine integers is done in, the first that is wide enough."""
+"""The result types of arithmetic on machine integers; the first one that is wide enough is used."""
 
 
 def common_machine(*types: IntType) -> IntType | None:
-    """Return the first of int32, uint32, int64, uint64 that contains all, None without one."""
+    """Return the first of int32, uint32, int64, uint64 that contains all types, or None."""
     lo, hi = min(t.lo for t in types), max(t.hi for t in types)
     return next((t for t in RESULTS if t.lo <= lo and hi <= t.hi), None)
 
@@ -21,19 +21,19 @@ def exact(lo: int, hi: int) -> IntType:
 
 
 def representable(type_: IntType) -> bool:
-    """Whether all values lie in int64, or all in uint64."""
+    """Return whether all values lie in int64, or all in uint64."""
     return type_.lo <= type_.hi and (
         (INT64.lo <= type_.lo and type_.hi <= INT64.hi) or (type_.lo >= 0 and type_.hi <= UINT64.hi)
     )
 
 
 def hull(a: IntType, b: IntType) -> IntType:
-    """Return the least interval around two."""
+    """Return the smallest interval that contains both intervals."""
     return exact(min(a.lo, b.lo), max(a.hi, b.hi))
 
 
 def wrapped(value: int, type_: IntType) -> int:
-    """Return a value modulo the size of the range."""
+    """Return a value modulo the size of the range of `type_`."""
     return type_.lo + (value - type_.lo) % (type_.hi - type_.lo + 1)
 
 
@@ -44,19 +44,19 @@ def quotient(a: int, b: int) -> int:
 
 
 def remainder(a: int, b: int) -> int:
-    """Return what `quotient` leaves, with the sign of the dividend; ``b`` is not 0."""
+    """Return the remainder of `quotient`, with the sign of the dividend; ``b`` is not 0."""
     return a - quotient(a, b) * b
 
 
 def width(type_: IntType) -> int:
-    """Return by what a shift count is reduced: 32 or 64."""
+    """Return the modulus of a shift count: 32 or 64."""
     return 32 if common_machine(type_) in (INT32, UINT32) else 64
 
 
 def compute(op: BinaryOp, a: int, b: int, type_: IntType) -> int:
-    """Return what an arithmetic operator of that result type gives; no divisor ``b`` is 0.
+    """Return the result of an arithmetic operator with result type `type_`; no divisor is 0.
 
-    Where the type wraps the result is reduced to it; otherwise it lies within it as it is.
+    If the type wraps, the result is reduced to it. Otherwise the result lies within it.
     """
     match op:
         case BinaryOp.ADD:
@@ -87,7 +87,7 @@ def compute(op: BinaryOp, a: int, b: int, type_: IntType) -> int:
 def interval(op: BinaryOp, a: IntType, b: IntType) -> IntType | None:
     """Return the interval of the exact results of an arithmetic operator.
 
-    None where there is none: the divisor is always 0, or a shift count may need reducing.
+    None if the divisor is always 0, or if a shift count may need reducing.
     """
     match op:
         case BinaryOp.ADD:
@@ -105,7 +105,7 @@ def interval(op: BinaryOp, a: IntType, b: IntType) -> IntType | None:
         case BinaryOp.BIT_AND | BinaryOp.BIT_OR | BinaryOp.BIT_XOR:
             return _bits(op, a, b)
         case BinaryOp.SHIFT_LEFT | BinaryOp.SHIFT_RIGHT:
-            if not 0 <= b.lo <= b.hi < 32:  # a wider count is reduced: that is for machine types
+            if not 0 <= b.lo <= b.hi < 32:  # only machine types reduce a wider count
                 return None
             return _corners([_shift(op, x, n) for x in (a.lo, a.hi) for n in (b.lo, b.hi)])
         case _:
@@ -124,7 +124,7 @@ def _remainders(a: IntType, b: IntType) -> IntType | None:
     most = max(abs(b.lo), abs(b.hi)) - 1
     if most < 0:
         return None
-    # a dividend smaller than every divisor stays as it is
+    # a dividend smaller than every divisor is the remainder
     least = 0 if b.lo <= 0 <= b.hi else min(abs(b.lo), abs(b.hi))
     if max(abs(a.lo), abs(a.hi)) < least:
         return exact(a.lo, a.hi)
@@ -142,5 +142,5 @@ def _bits(op: BinaryOp, a: IntType, b: IntType) -> IntType:
 
 
 def _magnitude(type_: IntType) -> int:
-    """Return the number of bits, without the sign, that every value of the type needs."""
+    """Return how many bits every value of the type fits in, without the sign."""
     return max(x.bit_length() if x >= 0 else (~x).bit_length() for x in (type_.lo, type_.hi))

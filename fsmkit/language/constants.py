@@ -1,4 +1,4 @@
-"""Evaluate what must be known when compiling: constants and start values."""
+"""Evaluation at compile time: constants and start values."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from fsmkit.language import (
     fold,
     type_expression,
 )
-from fsmkit.language.conversion import filled
+from fsmkit.language.conversion import fill_array
 
 LARGEST_FLOAT32 = (2 - 2**-23) * 2.0**127
 
 
 def constant_value(text: Text, scope: Scope, findings: Findings) -> Literal | None:
-    """Return the value of a constant expression, of its own most exact type."""
+    """Return the value of a constant expression, in its most exact type."""
     typed = type_expression(text, scope, findings)
     return None if typed is None else _literal(typed, text, findings)
 
 
 def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings) -> Literal | None:
-    """Return a start value in the type given, or in the one it tells of itself.
+    """Return a start value of `type_`, or of an inferred type.
 
     ``[a, b]`` lists the elements of an array; a single value fills one.
     """
@@ -55,9 +55,9 @@ def start_value(text: Text, type_: Type | None, scope: Scope, findings: Findings
 
 
 def _check_range(text: Text, type_: Type | None, scope: Scope, findings: Findings) -> None:
-    """Report a start value outside of its type, also where storing would wrap it around.
+    """Report a start value outside its type, even if storing would wrap it.
 
-    It is an error, in the lenient dialects a warning, for real files have such values.
+    It is an error, but a warning in the lenient dialects, because real files contain such values.
     """
     if not isinstance(type_, IntType | FloatType):
         return
@@ -89,7 +89,9 @@ def _array_value(
     if type_ is not None and not is_list(text):
         value = start_value(text, element, scope, findings)
         return (
-            None if value is None else Literal(filled(value.value, type_.length), type_, text.span)
+            None
+            if value is None
+            else Literal(fill_array(value.value, type_.length), type_, text.span)
         )
     parts = split_list(text)
     values = [start_value(part, element, scope, findings) for part in parts]
@@ -100,7 +102,7 @@ def _array_value(
         if not found:
             findings.add(
                 "missing-type",
-                "an empty list tells no type",
+                "the type of an empty list is unknown",
                 text,
                 help="declare the type of the array and fill it",
             )
@@ -143,7 +145,7 @@ def _literal(typed: Expr, text: Text, findings: Findings) -> Literal | None:
 
 
 def general_type(type_: Type) -> Type:
-    """Return the type of a variable that starts with a value of that type."""
+    """Return the type of a variable that starts with a value of `type_`."""
     if isinstance(type_, IntType):
         return INT32 if type_.lo in INT32 and type_.hi in INT32 else INT64
     if isinstance(type_, FloatType):
@@ -152,7 +154,7 @@ def general_type(type_: Type) -> Type:
 
 
 def join_types(first: Type, second: Type) -> Type | None:
-    """Return the type of a variable that takes values of both, None where there is none."""
+    """Return the type of a variable that can hold values of both types, or None."""
     if first == second:
         return first
     numbers = (IntType, FloatType)
@@ -164,19 +166,19 @@ def join_types(first: Type, second: Type) -> Type | None:
 
 
 def _in_type(value: Value, type_: Type) -> Value:
-    """Return an integer as a float where the type wants one."""
+    """Return an integer as a float if the type requires one."""
     is_float = isinstance(default_value(type_), float)
     return float(value) if is_float and isinstance(value, int) else value
 
 
 def is_list(text: Text) -> bool:
-    """Whether a text is a list in brackets."""
+    """Return whether a text is a list in brackets."""
     stripped = text.value.strip()
     return stripped.startswith("[") and stripped.endswith("]")
 
 
 def split_list(text: Text) -> tuple[Text, ...]:
-    """Return the parts of ``[a, b, c]``: split at commas outside of brackets and quotes."""
+    """Return the parts of ``[a, b, c]``, split at commas outside brackets and quotes."""
     inner = text.strip()
     inner = inner.part(1, len(inner.value) - 1)
     parts = tuple(part.strip() for part in split_outside(inner, ","))

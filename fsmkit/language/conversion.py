@@ -1,4 +1,4 @@
-"""Values brought into types: what storing does, and where it does nothing."""
+"""Conversion of values between types, as storing them does."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fsmkit.language.tree import Convert, Expr, Literal
 
 
 def can_convert(source: types.Type, target: types.Type) -> bool:
-    """Whether a value of one type can be stored in another, perhaps changed."""
+    """Return whether a variable of type `target` can store a value of `source`."""
     match target:
         case types.IntType():
             return isinstance(source, types.IntType | types.FloatType)
@@ -27,7 +27,7 @@ def can_convert(source: types.Type, target: types.Type) -> bool:
 
 
 def fits(source: types.Type, target: types.Type) -> bool:
-    """Whether every value of one type is, unchanged, a value of another."""
+    """Return whether every value of `source` is unchanged a value of `target`."""
     match source, target:
         case types.IntType(), types.IntType():
             return target.lo <= source.lo and source.hi <= target.hi
@@ -38,14 +38,17 @@ def fits(source: types.Type, target: types.Type) -> bool:
 
 
 def bounds(type_: types.IntType | types.DurationType) -> tuple[int, int, types.Overflow]:
-    """Return least and greatest value of what is counted in whole numbers, and its overflow."""
+    """Return the minimum, the maximum and the overflow of a type that counts in whole numbers."""
     if isinstance(type_, types.DurationType):
         return 0, types.LONGEST_DURATION, types.Overflow.SATURATE
     return type_.lo, type_.hi, type_.overflow
 
 
-def of_type(type_: types.Type | None) -> tuple[int, int] | None:
-    """Return the least and the greatest integer that stand for values; None where none do."""
+def integer_bounds(type_: types.Type | None) -> tuple[int, int] | None:
+    """Return the least and greatest integer that represent values of a type.
+
+    Return None if integers do not represent them.
+    """
     match type_:
         case types.IntType() | types.DurationType():
             return bounds(type_)[:2]
@@ -57,8 +60,8 @@ def of_type(type_: types.Type | None) -> tuple[int, int] | None:
             return None
 
 
-def rounded(value: float, bits: int) -> float:
-    """Return the nearest value of a floating-point type."""
+def round_float(value: float, bits: int) -> float:
+    """Return the nearest value of a floating-point type of `bits` bits."""
     if bits == 64 or math.isinf(value) or math.isnan(value):
         return value
     try:
@@ -67,8 +70,8 @@ def rounded(value: float, bits: int) -> float:
         return math.copysign(math.inf, value)
 
 
-def whole(value: float, lo: int, hi: int) -> int:
-    """Truncate toward zero; NaN gives 0. Infinities lie beyond every bound."""
+def truncate(value: float, lo: int, hi: int) -> int:
+    """Truncate toward zero. NaN gives 0; an infinity gives a number outside the bounds."""
     if math.isnan(value):
         return 0
     if math.isinf(value):
@@ -76,14 +79,14 @@ def whole(value: float, lo: int, hi: int) -> int:
     return int(value)
 
 
-def within(value: float, type_: types.IntType | types.DurationType) -> tuple[int, bool]:
-    """Bring a number into a type; also return whether it lay outside and the type does not wrap.
+def bring_within(value: float, type_: types.IntType | types.DurationType) -> tuple[int, bool]:
+    """Bring a number into a type. Also return whether it was outside and the type does not wrap.
 
-    A float is never wrapped around: beyond the bounds it gives the nearest, as nothing is sure
-    about its low digits. That is not an error where the type wraps.
+    A float is never wrapped. Outside the bounds it gives the nearest bound, because its low digits
+    are uncertain. If the type wraps, that is not an error.
     """
     lo, hi, overflow = bounds(type_)
-    number = value if isinstance(value, int) else whole(value, lo, hi)
+    number = value if isinstance(value, int) else truncate(value, lo, hi)
     if lo <= number <= hi:
         return number, False
     if overflow is types.Overflow.WRAP and isinstance(value, int):
@@ -94,8 +97,8 @@ def within(value: float, type_: types.IntType | types.DurationType) -> tuple[int
 def convert(expr: Expr, type_: types.Type) -> Expr:
     """Return the expression as a value of a type, wrapped in `Convert` unless it provably fits.
 
-    A literal that fits becomes a literal of that type; one constant fills an array. The types
-    must allow it (`can_convert`, or whole numbers to a duration).
+    A literal that fits becomes a literal of that type. One constant fills an array. The types must
+    permit it (`can_convert`, or whole numbers to a duration).
     """
     source = expr.type
     if isinstance(expr, Literal):
@@ -111,18 +114,18 @@ def convert(expr: Expr, type_: types.Type) -> Expr:
 
 
 def _literal(expr: Literal, type_: types.Type) -> Literal | None:
-    """Return a literal in another type, None where that changes it and must be seen."""
+    """Return a literal in another type; None if storing would change its value."""
     value = expr.value
     match expr.type, type_:
         case (types.IntType() | types.FloatType(), types.FloatType(bits)) if isinstance(
             value, int | float
         ):
-            return Literal(rounded(float(value), bits), type_, expr.span)
+            return Literal(round_float(float(value), bits), type_, expr.span)
         case (types.IntType(), types.IntType() | types.DurationType()) if isinstance(value, int):
             lo, hi, _ = bounds(type_)
             return replace(expr, type=type_) if lo <= value <= hi else None
         case (types.FloatType(), types.IntType(lo, hi)) if isinstance(value, float):
-            number = whole(value, lo, hi)
+            number = truncate(value, lo, hi)
             return Literal(number, type_, expr.span) if lo <= number <= hi else None
         case (types.ArrayType(element, length), types.ArrayType(wanted, size)) if length == size:
             assert isinstance(value, tuple)  # noqa: S101
@@ -133,28 +136,25 @@ def _literal(expr: Literal, type_: types.Type) -> Literal | None:
             return expr if expr.type == type_ else None
 
 
-def filled(value: types.Value, length: int) -> tuple[types.Value, ...]:
-    """Return the value of an array all elements of which are the same.
+def fill_array(value: types.Value, length: int) -> tuple[types.Value, ...]:
+    """Return the value of an array whose elements are all the same.
 
-    Machines of one system that share a long array have the same tuple, not each one of its own.
+    Machines of one system share the tuple of a long array.
     """
-    return _filled(value, length) if type(value) in WHOLE else (value,) * length
+    return _fill_array(value, length) if type(value) in WHOLE else (value,) * length
 
 
 WHOLE = frozenset({bool, int})
-"""Classes of which equal values are the same: not floats, of which 0.0 and -0.0 are equal."""
+"""Classes whose equal values are identical. Floats are not: 0.0 equals -0.0."""
 
 
 @lru_cache(maxsize=64, typed=True)
-def _filled(value: types.Value, length: int) -> tuple[types.Value, ...]:
+def _fill_array(value: types.Value, length: int) -> tuple[types.Value, ...]:
     return (value,) * length
 
 
 def default_value(type_: types.Type) -> types.Value:
-    """Return the value of a variable that declares no start value.
-
-    The one nearest to 0, of an enumeration its first member.
-    """
+    """Return the default start value: nearest to 0, or the first enumeration member."""
     match type_:
         case types.BoolType():
             return False
@@ -169,7 +169,7 @@ def default_value(type_: types.Type) -> types.Value:
         case types.SymbolType():
             return ""
         case types.ArrayType(element, length):
-            return filled(default_value(element), length)
+            return fill_array(default_value(element), length)
         case types.RecordType(_, fields):
             return tuple(default_value(field.type) for field in fields)
         case _:

@@ -1,4 +1,4 @@
-"""Dotted names of what lies in copies of other charts: ``axis[0].tries`` is ``axis.0.tries``."""
+"""Dotted names of variables and states in copies: ``axis[0].tries`` is ``axis.0.tries``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ INDEX = re.compile(r"\s*\[\s*(\w+)\s*\]")
 
 
 def dotted(name: str, constants: Mapping[str, Literal]) -> str:
-    """Return the name of a state with dots for indices: numbers, or constants that are."""
+    """Return the name of a state with dots for indices, which are numbers or constants."""
 
     def number(match: re.Match[str]) -> str:
         word = match[1]

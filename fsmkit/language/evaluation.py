@@ -1,4 +1,4 @@
-"""The meaning of expressions: the reference every target is compared with."""
+"""The meaning of expressions: the reference for every target."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, assert_never
 
 from fsmkit.language import tree, types
 from fsmkit.language.arithmetic import compute, wrapped
-from fsmkit.language.conversion import rounded, within
+from fsmkit.language.conversion import bring_within, round_float
 from fsmkit.language.environment import ContentError, Environment, RangeFault
 from fsmkit.language.statements.tree import Assign, ForEach, If, Local, Return
 from fsmkit.language.walk import root
@@ -18,8 +18,8 @@ from fsmkit.language.walk import root
 def evaluate(expr: tree.Expr, env: Environment) -> types.Value:
     """Return the value of an expression.
 
-    Operands are evaluated from left to right. Raises `ContentError` for a division of integers
-    by zero and an index out of range, `RangeFault` where a type's overflow is ``fault``.
+    Operands are evaluated from left to right. Raises `ContentError` for a division of integers by
+    zero and an index out of range, `RangeFault` where a type's overflow is ``fault``.
     """
     match expr:
         case tree.Literal(value):
@@ -29,7 +29,7 @@ def evaluate(expr: tree.Expr, env: Environment) -> types.Value:
         case tree.Binary():
             return _binary(expr, env)
         case tree.Convert(operand, type_):
-            return converted(evaluate(operand, env), type_, env)
+            return convert_value(evaluate(operand, env), type_, env)
         case tree.Unary(op, operand, type_):
             return _unary(op, evaluate(operand, env), type_)
         case tree.Conditional(test, then, otherwise):
@@ -40,7 +40,7 @@ def evaluate(expr: tree.Expr, env: Environment) -> types.Value:
             return env.is_in(state)
         case tree.Element(array):
             values = _elements(env.variable(array.name))
-            return values[position(expr, len(values), env)]
+            return values[checked_index(expr, len(values), env)]
         case tree.Member(record, name):
             return _elements(evaluate(record, env))[field_position(record.type, name)]
         case tree.Apply(function, arguments, type_):
@@ -58,7 +58,7 @@ def evaluate(expr: tree.Expr, env: Environment) -> types.Value:
             return env.event_name()
         case tree.Invalid(reason):
             raise ContentError(reason)
-        case tree.Watched(operand) | tree.Decided(operand):
+        case tree.CoveredCondition(operand) | tree.CoveredGuard(operand):
             return evaluate(operand, env)
         case _:
             assert_never(expr)
@@ -79,13 +79,13 @@ def _checked(expr: tree.Checked, value: types.Value, otherwise: tree.Literal | N
     return otherwise.value
 
 
-def converted(value: types.Value, type_: types.Type, env: Environment) -> types.Value:
-    """Return a value as storing it in a variable of the type changes it."""
+def convert_value(value: types.Value, type_: types.Type, env: Environment) -> types.Value:
+    """Return a value after storing it in a variable of `type_`."""
     match type_:
         case types.FloatType(bits):
-            return rounded(_number(value), bits)
+            return round_float(_number(value), bits)
         case types.IntType() | types.DurationType():
-            number, is_outside = within(_plain(value), type_)
+            number, is_outside = bring_within(_plain(value), type_)
             if is_outside:
                 if isinstance(type_, types.IntType) and type_.overflow is types.Overflow.FAULT:
                     raise RangeFault(f"{value} is outside {type_}")
@@ -98,16 +98,16 @@ def converted(value: types.Value, type_: types.Type, env: Environment) -> types.
 def store(
     old_root_value: types.Value, location: tree.Location, value: types.Value, env: Environment
 ) -> types.Value:
-    """Return the new value of the whole variable that a location is part of.
+    """Return the new value of the whole variable after assigning a part of it.
 
-    ``value`` has the location's type already. Raises `ContentError` for an index out of range.
+    ``value`` already has the location's type. Raises `ContentError` for an index out of range.
     """
     match location:
         case tree.Variable():
             return value
         case tree.Element():
             values = _elements(old_root_value)
-            at = position(location, len(values), env)
+            at = checked_index(location, len(values), env)
             return (*values[:at], value, *values[at + 1 :])
         case tree.Member(record, name):
             assert isinstance(record, tree.Variable | tree.Element | tree.Member)  # noqa: S101
@@ -125,7 +125,7 @@ def _part(root: types.Value, location: tree.Location, env: Environment) -> types
             return root
         case tree.Element():
             values = _elements(root)
-            return values[position(location, len(values), env)]
+            return values[checked_index(location, len(values), env)]
         case tree.Member(record, name):
             assert isinstance(record, tree.Variable | tree.Element | tree.Member)  # noqa: S101
             return _elements(_part(root, record, env))[field_position(record.type, name)]
@@ -133,7 +133,7 @@ def _part(root: types.Value, location: tree.Location, env: Environment) -> types
             assert_never(location)
 
 
-def position(element: tree.Element, length: int, env: Environment) -> int:
+def checked_index(element: tree.Element, length: int, env: Environment) -> int:
     """Return the checked index of an element."""
     index = evaluate(element.index, env)
     if not isinstance(index, int) or not 0 <= index < length:
@@ -142,7 +142,7 @@ def position(element: tree.Element, length: int, env: Environment) -> int:
 
 
 def field_position(type_: types.Type | None, name: str) -> int:
-    """Return where in the tuple of a record its field stands."""
+    """Return the position of a field in the tuple of its record."""
     assert isinstance(type_, types.RecordType)  # noqa: S101
     return next(i for i, field in enumerate(type_.fields) if field.name == name)
 
@@ -152,14 +152,14 @@ def _unary(op: tree.UnaryOp, value: types.Value, type_: types.Type) -> types.Val
         case tree.UnaryOp.NOT:
             return not value
         case tree.UnaryOp.NEGATE:
-            return _reduced(-_plain(value), type_)
+            return _reduce_precision(-_plain(value), type_)
         case tree.UnaryOp.INVERT:
-            return _reduced(~_integer(value), type_)
+            return _reduce_precision(~_integer(value), type_)
         case _:
             assert_never(op)
 
 
-def _reduced(value: float, type_: types.Type) -> float:
+def _reduce_precision(value: float, type_: types.Type) -> float:
     if isinstance(type_, types.IntType) and type_.overflow is types.Overflow.WRAP:
         return wrapped(_integer(value), type_)
     return value
@@ -194,7 +194,7 @@ def _binary(expr: tree.Binary, env: Environment) -> types.Value:
 
 
 def _float(op: tree.BinaryOp, a: float, b: float) -> float:
-    """Compute as IEEE 754 binary64 does, where Python raises instead."""
+    """Compute as IEEE 754 binary64 does, also where Python raises."""
     match op:
         case tree.BinaryOp.ADD:
             return a + b
@@ -215,13 +215,13 @@ def _float(op: tree.BinaryOp, a: float, b: float) -> float:
 def _apply(function: tree.Function, values: list[types.Value], type_: types.Type) -> types.Value:
     numbers = [_plain(value) for value in values]
     match function:
-        # min(a, b) is (b < a) ? b : a, which says what NaN and -0.0 do; Python's are the same
+        # min(a, b) is (b < a) ? b : a, which defines NaN and -0.0; Python's agree
         case tree.Function.MIN:
             return min(numbers)
         case tree.Function.MAX:
             return max(numbers)
         case tree.Function.ABS:
-            return _reduced(abs(numbers[0]), type_)
+            return _reduce_precision(abs(numbers[0]), type_)
         case _:
             assert_never(function)
 
@@ -251,7 +251,7 @@ def _elements(value: types.Value) -> tuple[types.Value, ...]:
 
 @dataclass(slots=True)
 class _Frame:
-    """The machine as the body of a function sees it: with the variables of the body."""
+    """The machine as the body of a function sees it: with local variables."""
 
     outer: Environment
     values: dict[str, types.Value]
@@ -285,12 +285,12 @@ def call(
     names = (parameter.name for parameter in function.parameters)
     frame = _Frame(env, dict(zip(names, arguments, strict=True)))
     result = _run(function.body, frame)
-    assert result is not None, function.name  # noqa: S101  (every way returns)
+    assert result is not None, function.name  # noqa: S101  (every path returns)
     return result
 
 
 def _run(body: tuple[Any, ...], frame: _Frame) -> types.Value | None:
-    """Execute statements; return the value that they return, None where they go on."""
+    """Execute statements; return the value that they return, or None if none does."""
     for statement in body:
         match statement:
             case Local(place, value) if value is not None:
@@ -306,7 +306,7 @@ def _run(body: tuple[Any, ...], frame: _Frame) -> types.Value | None:
                             return result
                         break
             case ForEach():
-                for item, index in rounds(statement, frame):
+                for item, index in iterate(statement, frame):
                     frame.values[statement.item.name] = item
                     if statement.index is not None:
                         frame.values[statement.index.name] = index
@@ -320,14 +320,14 @@ def _run(body: tuple[Any, ...], frame: _Frame) -> types.Value | None:
     return None
 
 
-def rounds_of(loop: ForEach[Any, Any, Any]) -> int:
-    """Return how often the body of a loop is executed."""
+def iteration_count(loop: ForEach[Any, Any, Any]) -> int:
+    """Return the number of iterations of a loop."""
     array = loop.array
     return len(array.numbers) if isinstance(array, tree.Numbers) else int(array.type.length)
 
 
-def rounds(loop: ForEach[Any, Any, Any], env: Environment) -> Iterator[tuple[types.Value, int]]:
-    """Yield what a loop assigns in each round: an element of a copy of the array, its position."""
+def iterate(loop: ForEach[Any, Any, Any], env: Environment) -> Iterator[tuple[types.Value, int]]:
+    """Yield the element and the position of each iteration, over a copy of the array."""
     array = loop.array
     if isinstance(array, tree.Numbers):
         yield from zip(array.numbers, range(len(array.numbers)), strict=True)

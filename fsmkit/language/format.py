@@ -1,4 +1,4 @@
-"""Expressions as people write them: the notation of fsmkit itself."""
+"""Formatting of expressions in the notation of fsmkit."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from fsmkit.language import tree, types
-from fsmkit.language.durations import spelled
+from fsmkit.language.durations import format_ticks
 from fsmkit.language.printing import (
     ATOM,
     ExprPrinter,
@@ -27,17 +27,17 @@ WORDS |= {"typeof", "new", "void"}
 CHOICE, DENIAL, PREFIX = 1, 4, 14
 
 
-def spell_value(value: types.Value, type_: types.Type, tick: int = 1000) -> str:
+def format_value(value: types.Value, type_: types.Type, tick: int = 1000) -> str:
     """Return a value of a type as a literal; ``tick`` is the length of a tick in microseconds."""
     match type_, value:
         case types.DurationType(), int():
-            return spelled(value, tick)
+            return format_ticks(value, tick)
         case types.EnumType(name), int():
             return f"{name}.{type_.member(value)}"
         case types.ArrayType(element), tuple():
-            return f"[{', '.join(spell_value(v, element, tick) for v in value)}]"
+            return f"[{', '.join(format_value(v, element, tick) for v in value)}]"
         case types.RecordType(_, fields), tuple():
-            parts = (_spell_field(f, v, tick) for f, v in zip(fields, value, strict=True))
+            parts = (_format_field(f, v, tick) for f, v in zip(fields, value, strict=True))
             return f"({', '.join(parts)})"
         case _, bool():
             return "true" if value else "false"
@@ -51,15 +51,16 @@ def spell_value(value: types.Value, type_: types.Type, tick: int = 1000) -> str:
             return repr(value)
 
 
-def _spell_field(field: types.Field, value: types.Value, tick: int) -> str:
-    return f"{field.name} = {spell_value(value, field.type, tick)}"
+def _format_field(field: types.Field, value: types.Value, tick: int) -> str:
+    return f"{field.name} = {format_value(value, field.type, tick)}"
 
 
 @dataclass(frozen=True, slots=True)
 class SourcePrinter(ExprPrinter):
-    """Prints what reads back as the same tree, where the scope is the same.
+    """Prints an expression that reads back as the same tree in the same scope.
 
-    Conversions are not written: they follow from the types again. ``tick`` as for `spell_value`.
+    Implicit conversions are not printed: they follow from the types. For ``tick`` see
+    `format_value`.
     """
 
     tick: int = 1000
@@ -96,7 +97,7 @@ class SourcePrinter(ExprPrinter):
         """Print a constant, by its name in the chart if it has one."""
         if expr.name:
             return Fragment(expr.name)
-        text = spell_value(expr.value, expr.type, self.tick)
+        text = format_value(expr.value, expr.type, self.tick)
         if isinstance(expr.value, float) and not math.isfinite(expr.value):
             return Fragment(text, 12)
         return Fragment(text, PREFIX if text.startswith("-") else ATOM)
@@ -121,7 +122,7 @@ class SourcePrinter(ExprPrinter):
         )
 
     def conditional(self, expr: tree.Conditional) -> Fragment:
-        """Print a choice as C does."""
+        """Print a conditional expression as C does."""
         test = self.fragment(expr.test).at_least(CHOICE + 1)
         then = self.fragment(expr.then).at_least(CHOICE)
         return Fragment(f"{test} ? {then} : {self.print(expr.otherwise)}", CHOICE)
@@ -145,16 +146,16 @@ class SourcePrinter(ExprPrinter):
         return Fragment(f"{name}({self.arguments((expr.operand, *other))})")
 
     def convert(self, expr: tree.Convert) -> Fragment:
-        """Print what is converted; a conversion that was written names its type."""
+        """Print the operand; an explicit conversion also prints its type."""
         if expr.name is not None:
             return Fragment(f"{expr.name}({self.print(expr.operand)})")
         return self.fragment(expr.operand)
 
     def invalid(self, expr: tree.Invalid) -> Fragment:
-        """Print why it cannot be evaluated."""
+        """Print the reason why it cannot be evaluated."""
         return Fragment(f"invalid({json.dumps(expr.reason)})")
 
 
-def spell(expr: tree.Expr, tick: int = 1000) -> str:
-    """Return an expression as people write it."""
+def format_expression(expr: tree.Expr, tick: int = 1000) -> str:
+    """Format an expression; ``tick`` is the length of a tick in microseconds."""
     return SourcePrinter(tick).print(expr)

@@ -1,4 +1,4 @@
-"""Where typing stands, and how it says that a name is unknown."""
+"""The context of typing, and the report of unknown names."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from fsmkit.language.types import EnumType, Type
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Context:
-    """The names at hand, and where to report."""
+    """The visible names, and where to report findings."""
 
     scope: Scope
     findings: Findings
 
     @property
     def is_ecmascript(self) -> bool:
-        """Whether ECMAScript's meaning is to be kept, or a finding given."""
+        """Return whether to keep ECMAScript's meaning, or else to report a finding."""
         return self.scope.dialect == "ecmascript"
 
     def report(
@@ -34,12 +34,12 @@ class Context:
         severity: Severity | None = None,
         fixes: Iterable[Fix] = (),
     ) -> None:
-        """Add a finding. Returns None, so that ``return context.report(...)`` gives up."""
+        """Add a finding. Returns None, so that a caller can ``return context.report(...)``."""
         self.findings.add(rule, message, at, help=advice, severity=severity, fixes=fixes)
 
 
 def kinds_of_name(scope: Scope) -> dict[str, str]:
-    """Return what each name of a scope is, in words, the first meaning where there are several."""
+    """Return a description of each name of a scope; a name with several meanings has the first."""
     found: dict[str, str] = dict.fromkeys(scope.variables, "a variable")
     for names, kind in (
         (scope.constants, "a constant"),
@@ -55,7 +55,7 @@ def kinds_of_name(scope: Scope) -> dict[str, str]:
 
 
 def report_unknown(context: Context, name: str, span: Span, hint: Type | None = None) -> None:
-    """Report that a name means nothing as a value here, and say what was probably meant."""
+    """Report that a name has no value here, and suggest a similar one."""
     scope = context.scope
     kind = kinds_of_name(scope).get(name)
     if kind in ("an operation", "a function"):
@@ -63,16 +63,16 @@ def report_unknown(context: Context, name: str, span: Span, hint: Type | None = 
     elif kind == "a type":
         message, advice = f"`{name}` is a type", f"write one of its members: `{name}.member`"
     elif kind == "an event":
-        message = f"`{name}` is an event, and no value"
+        message = f"`{name}` is an event, not a value"
         advice = "let a transition take it: its key under `on`, or `event` in SCXML"
     elif kind == "a state":
-        message, advice = f"`{name}` is a state", f"ask whether it is active: `In({name})`"
+        message, advice = f"`{name}` is a state", f"test whether it is active: `In({name})`"
     else:
-        message, advice = f"unknown name `{name}`", _meant(scope, name, hint)
+        message, advice = f"unknown name `{name}`", _suggest_name(scope, name, hint)
     context.report("unknown-name", message, span, advice)
 
 
-def _meant(scope: Scope, name: str, hint: Type | None) -> str:
+def _suggest_name(scope: Scope, name: str, hint: Type | None) -> str:
     for type_ in scope.types.values():
         if isinstance(type_, EnumType) and name in type_.members:
             return f"did you mean `{type_.name}.{name}`?"

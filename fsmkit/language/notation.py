@@ -1,7 +1,7 @@
-"""Types and durations as texts."""
+"""Reading of types and durations."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _constant(context: Context, text: Text) -> int | None:
         return folded.value
     return context.report(
         "not-known-when-compiling",
-        f"`{text.value.strip()}` is no whole number known when compiling",
+        f"`{text.value.strip()}` is not a whole number known at compile time",
         text,
         "write a number, or the name of a constant",
     )
@@ -154,7 +154,7 @@ def read_duration(text: Text, scope: Scope, findings: Findings) -> int | None:
         return folded.value
     return context.report(
         "not-known-when-compiling",
-        f"`{text.value}` is no duration known when compiling",
+        f"`{text.value}` is not a duration known at compile time",
         text,
         "write such as `500ms`, or the name of a constant",
     )

@@ -1,7 +1,7 @@
-"""The types of operators and functions: the laws of LANGUAGE, one function each."""
+"""Typing rules of operators and functions, one function each."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fsmkit.language.arithmetic import (
     representable,
 )
 from fsmkit.language.conversion import convert
-from fsmkit.language.format import spell
+from fsmkit.language.format import format_expression
 from fsmkit.language.names import Context
 
 EQUALITY = (tree.BinaryOp.EQ, tree.BinaryOp.NE)
@@ -30,27 +30,27 @@ TICKS = exact(0, types.LONGEST_DURATION)
 
 
 def require_bool(context: Context, expr: tree.Expr, what: str) -> bool:
-    """Report an expression that is no truth value; ``what`` says where one is wanted."""
+    """Report an expression that is not a truth value; ``what`` names its role in the message."""
     if expr.type == types.BOOL:
         return True
     advice = "compare it with something"
     if isinstance(expr.type, types.IntType | types.FloatType):
-        advice = "write the comparison that is meant, such as `!= 0`"
+        advice = "write a comparison, such as `!= 0`"
     elif isinstance(expr.type, types.EnumType):
-        advice = compared(expr.type)
+        advice = comparison_advice(expr.type)
     context.report(
-        "type-mismatch", f"{what} is {described(expr.type)}, no `bool`", expr.span, advice
+        "type-mismatch", f"{what} is {describe_type(expr.type)}, not `bool`", expr.span, advice
     )
     return False
 
 
-def compared(type_: types.EnumType) -> str:
+def comparison_advice(type_: types.EnumType) -> str:
     """Return the advice to compare with a member of an enumeration."""
     return f"compare it with a member: `== {type_.name}.{type_.members[0]}`"
 
 
-def described(type_: types.Type | None) -> str:
-    """Return a type in words, for messages."""
+def describe_type(type_: types.Type | None) -> str:
+    """Describe a type, for messages."""
     match type_:
         case None:
             return "nothing"
@@ -76,10 +76,10 @@ def type_unary(
             return tree.Literal(-operand.value, types.FLOAT64, span)
         return tree.Unary(op, operand, types.FLOAT64, span)
     if not isinstance(type_, types.IntType):
-        message = f"`{op.value}` does not apply to {described(type_)}"
+        message = f"`{op.value}` does not apply to {describe_type(type_)}"
         advice = "apply it to a number"
         if isinstance(type_, types.DurationType):
-            advice = "no duration is negative: remove the sign"
+            advice = "a duration is never negative: remove the sign"
         return context.report("type-mismatch", message, span, advice)
     if (
         op is tree.UnaryOp.NEGATE
@@ -106,18 +106,18 @@ def type_binary(
     """Type an infix operator. Operands of mixed kinds are converted to a common type."""
     a, b = left.type, right.type
     if op in LOGIC:
-        whose = f"operand of `{op.value}`"
-        is_left = require_bool(context, left, f"the left {whose}")
-        is_right = require_bool(context, right, f"the right {whose}")
+        operand = f"operand of `{op.value}`"
+        is_left = require_bool(context, left, f"the left {operand}")
+        is_right = require_bool(context, right, f"the right {operand}")
         return tree.Binary(op, left, right, types.BOOL, span) if is_left and is_right else None
     if op in EQUALITY or op in ORDER:
         return _comparison(context, op, left, right, span)
     if isinstance(a, types.DurationType) or isinstance(b, types.DurationType):
-        return _of_durations(context, op, left, right, span)
+        return _duration_arithmetic(context, op, left, right, span)
     if not isinstance(a, types.IntType | types.FloatType) or not isinstance(
         b, types.IntType | types.FloatType
     ):
-        return _not_numbers(context, op, left, right, span)
+        return _report_operands(context, op, left, right, span)
     if isinstance(a, types.FloatType) or isinstance(b, types.FloatType):
         if op not in (tree.BinaryOp.ADD, tree.BinaryOp.SUB, tree.BinaryOp.MUL, tree.BinaryOp.DIV):
             message = f"`{op.value}` does not apply to floating-point numbers"
@@ -127,7 +127,7 @@ def type_binary(
         )
     if context.is_ecmascript:
         if op is tree.BinaryOp.DIV and not _divides(left, right):
-            # the quotient of ECMAScript is no integer
+            # the quotient of ECMAScript is not an integer
             return tree.Binary(
                 op, convert(left, types.FLOAT64), convert(right, types.FLOAT64), types.FLOAT64, span
             )
@@ -192,7 +192,7 @@ def _comparison(
                 return tree.Binary(op, left, right, types.BOOL, span)
             return context.report(
                 "type-mismatch",
-                f"`{op.value}` does not apply to {described(a)}",
+                f"`{op.value}` does not apply to {describe_type(a)}",
                 span,
                 "only `==` and `!=` do",
             )
@@ -202,28 +202,28 @@ def _comparison(
     elif isinstance(left.type, types.EnumType) or isinstance(right.type, types.EnumType):
         type_ = left.type if isinstance(left.type, types.EnumType) else right.type
         assert isinstance(type_, types.EnumType)  # noqa: S101
-        advice = f"{compared(type_)}, or its number: `int(...)`"
+        advice = f"{comparison_advice(type_)}, or its number: `int(...)`"
     elif types.BOOL in (left.type, right.type) and isinstance(left, tree.Literal | tree.Variable):
-        advice = "a `bool` is a condition by itself: write it alone, or `not` before it"
+        advice = "a `bool` is already a condition: write it alone, or `not` before it"
     elif isinstance(left.type, types.DurationType) or isinstance(right.type, types.DurationType):
         advice = "give the number a unit, such as `500ms`"
     elif isinstance(left, tree.Binary) and left.type == types.BOOL:
-        advice = "put parentheses where they are meant"
+        advice = "add parentheses"
     return context.report(
         "type-mismatch",
-        f"{described(left.type)} cannot be compared with {described(right.type)}",
+        f"{describe_type(left.type)} cannot be compared with {describe_type(right.type)}",
         span,
         advice,
     )
 
 
-def _of_durations(
+def _duration_arithmetic(
     context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
 ) -> tree.Expr | None:
-    """Type arithmetic on durations: of ticks, brought back into the bounds of a duration.
+    """Type arithmetic on durations, in ticks, converted back into the bounds of a duration.
 
-    Sum and difference of two, a multiple or a part of one are durations; the quotient of two is
-    a number.
+    The sum and the difference of two durations, a multiple and a part of one are durations. The
+    quotient of two durations is a number.
     """
     a, b = left.type, right.type
     both = isinstance(a, types.DurationType) and isinstance(b, types.DurationType)
@@ -242,7 +242,7 @@ def _of_durations(
     if not is_allowed:
         return context.report(
             "type-mismatch",
-            f"`{op.value}` does not apply to {described(a)} and {described(b)}",
+            f"`{op.value}` does not apply to {describe_type(a)} and {describe_type(b)}",
             span,
             "give the number a unit, such as `500ms`" if not both else None,
         )
@@ -261,7 +261,7 @@ def _of_durations(
     return binary if op is tree.BinaryOp.DIV and both else convert(binary, types.DURATION)
 
 
-def _not_numbers(
+def _report_operands(
     context: Context, op: tree.BinaryOp, left: tree.Expr, right: tree.Expr, span: Span
 ) -> None:
     if op is tree.BinaryOp.ADD and types.SymbolType() in (left.type, right.type):
@@ -276,11 +276,13 @@ def _not_numbers(
         advice = "as in C, comparisons bind tighter than `&`, `^` and `|`: put parentheses"
     elif types.BOOL in (left.type, right.type):
         advice = "write `1 if ... else 0` for the `bool`"
-    message = f"`{op.value}` does not apply to {described(left.type)} and {described(right.type)}"
+    message = (
+        f"`{op.value}` does not apply to {describe_type(left.type)} and {describe_type(right.type)}"
+    )
     if op in COMBINED and any(isinstance(side.type, types.EnumType) for side in (left, right)):
         message = f"{_kind(left.type)} and {_kind(right.type)} cannot be {COMBINED[op]}"
         member = left if isinstance(left.type, types.EnumType) else right
-        advice = f"write its number: `int({spell(member)})`, or compare with `==`"
+        advice = f"write its number: `int({format_expression(member)})`, or compare with `==`"
     return context.report("type-mismatch", message, span, advice)
 
 
@@ -294,7 +296,7 @@ COMBINED = {
 
 
 def _kind(type_: types.Type | None) -> str:
-    """Return the kind of a value with its article: "a number", "an `Error`"."""
+    """Return the kind of a type with its article: "a number", "an `Error`"."""
     if isinstance(type_, types.IntType | types.FloatType):
         return "a number"
     name = str(type_)
@@ -302,7 +304,7 @@ def _kind(type_: types.Type | None) -> str:
 
 
 def _divides(left: tree.Expr, right: tree.Expr) -> bool:
-    """Whether a quotient of integers is certainly whole."""
+    """Return whether a quotient of integers is certainly whole."""
     match left, right:
         case _, tree.Literal(1 | -1):
             return True
@@ -332,7 +334,7 @@ def _ecmascript_bits(
 
 
 def common_type(a: types.Type | None, b: types.Type | None) -> types.Type | None:
-    """Return the type of a value that is one or the other, None where there is none."""
+    """Return the type of a value that has one type or the other, or None."""
     match a, b:
         case (types.IntType(), types.IntType()):
             if a == b:
@@ -356,7 +358,7 @@ def type_conditional(
     if type_ is None:
         return context.report(
             "type-mismatch",
-            f"one side is {described(then.type)}, the other {described(otherwise.type)}",
+            f"one side is {describe_type(then.type)}, the other {describe_type(otherwise.type)}",
             span,
             "give both sides one type",
         )
@@ -372,19 +374,19 @@ def type_apply(
 ) -> tree.Expr | None:
     """Type ``min``, ``max`` or ``abs``."""
     name = function.value
-    wanted = "one operand" if function is tree.Function.ABS else "two or more operands"
+    operands = "one operand" if function is tree.Function.ABS else "two or more operands"
     if (len(arguments) == 1) != (function is tree.Function.ABS) or not arguments:
         return context.report(
-            "wrong-arguments", f"`{name}` takes {wanted}, not {len(arguments)}", span,
+            "wrong-arguments", f"`{name}` takes {operands}, not {len(arguments)}", span,
             "for instance `abs(n)`, `max(n, 0)`",
         )  # fmt: skip
     type_ = arguments[0].type
     for argument in arguments:
         if not isinstance(argument.type, types.IntType | types.FloatType | types.DurationType):
-            message = f"`{name}` does not apply to {described(argument.type)}"
+            message = f"`{name}` does not apply to {describe_type(argument.type)}"
             advice = "give it numbers or durations"
             return context.report("type-mismatch", message, argument.span, advice)
-        type_ = _combined(function, type_, argument.type)
+        type_ = _common_operand_type(function, type_, argument.type)
     if type_ is None or (function is tree.Function.ABS and isinstance(type_, types.DurationType)):
         message = f"`{name}` does not apply to operands of these types together"
         return context.report("type-mismatch", message, span, "give all operands one type")
@@ -404,7 +406,9 @@ def type_apply(
     return tree.Apply(function, arguments, type_, span)
 
 
-def _combined(function: tree.Function, a: types.Type | None, b: types.Type) -> types.Type | None:
+def _common_operand_type(
+    function: tree.Function, a: types.Type | None, b: types.Type
+) -> types.Type | None:
     common = common_type(a, b)
     match a, b, common:
         case (types.IntType(), types.IntType(), types.IntType()) if not (
@@ -421,5 +425,5 @@ def _combined(function: tree.Function, a: types.Type | None, b: types.Type) -> t
 
 
 def with_span(expr: tree.Expr, span: Span) -> tree.Expr:
-    """Return an expression at another place."""
+    """Return an expression at another location."""
     return replace(expr, span=span)

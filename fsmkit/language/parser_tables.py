@@ -1,8 +1,8 @@
-"""The parser of the grammar, from tables that were made once, as to make them takes long.
+"""The parser of the grammar, from precomputed tables, because computing them takes long.
 
-`grammar.json` holds the tables that Lark makes of `grammar.lark`, as data: nothing in it is
-executed. It counts for the version of Lark that wrote it and for that text of the grammar; else
-Lark makes them again, which gives the same parser. `python -m devtools.parser_tables` writes it.
+`grammar.json` holds the tables that Lark computes from `grammar.lark`, as data: nothing in it is
+executed. It is valid for one version of Lark and one text of the grammar. Otherwise Lark computes
+the tables again, which gives the same parser. `python -m devtools.parser_tables` writes the file.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ TABLES = Path(__file__).with_name("grammar.json")
 STARTS = ("expression", "statements", "signature", "typed")
 
 
-def parser_with(transformer: Transformer[Any, Any]) -> Lark:
-    """Return the parser whose actions a transformer has, one for each rule."""
+def load_parser(transformer: Transformer[Any, Any]) -> Lark:
+    """Return the parser; `transformer` has one action for each rule."""
     grammar = GRAMMAR.read_text(encoding="utf-8")
-    return loaded(grammar, TABLES, transformer) or made(grammar, transformer)
+    return parser_from_tables(grammar, TABLES, transformer) or build_parser(grammar, transformer)
 
 
-def made(grammar: str, transformer: Transformer[Any, Any] | None = None) -> Lark:
-    """Return the parser with tables that are made of the text of a grammar."""
+def build_parser(grammar: str, transformer: Transformer[Any, Any] | None = None) -> Lark:
+    """Return a parser whose tables are computed from a grammar."""
     return Lark(
         grammar,
         parser="lalr",
@@ -39,30 +39,30 @@ def made(grammar: str, transformer: Transformer[Any, Any] | None = None) -> Lark
     )
 
 
-def loaded(grammar: str, file: Path, transformer: Transformer[Any, Any]) -> Lark | None:
-    """Return the parser with the tables of a file; None where they are of another grammar."""
+def parser_from_tables(grammar: str, file: Path, transformer: Transformer[Any, Any]) -> Lark | None:
+    """Return the parser with the tables of a file; None if they belong to another grammar."""
     try:
         found = parse_json(file.read_bytes())
     except (OSError, ValueError):
         return None
-    if not isinstance(found, dict) or found.get("made_by") != maker(grammar):
+    if not isinstance(found, dict) or found.get("made_by") != fingerprint(grammar):
         return None
-    data, memo = found["data"], numbered(found["memo"])
+    data, memo = found["data"], by_number(found["memo"])
     tables = data["parser"]["parser"]
-    tables["tokens"] = numbered(tables["tokens"])
-    tables["states"] = numbered(tables["states"], numbered)
-    # with what Lark's own tool makes a parser of such data; it has no public name
+    tables["tokens"] = by_number(tables["tokens"])
+    tables["states"] = by_number(tables["states"], by_number)
+    # the function of Lark's standalone tool; it has no public name
     parser: Lark = Lark._load_from_dict(data, memo, transformer=transformer)  # type: ignore[no-untyped-call]  # noqa: SLF001
     return parser
 
 
-def maker(grammar: str) -> list[str]:
-    """Return what tables depend on: the version of Lark and the text of the grammar."""
+def fingerprint(grammar: str) -> list[str]:
+    """Return the inputs of the tables: the version of Lark and the text of the grammar."""
     return [lark.__version__, hashlib.sha256(grammar.encode()).hexdigest()]
 
 
-def numbered(
+def by_number(
     found: Mapping[str, Any], inner: Callable[[Any], Any] = lambda value: value
 ) -> dict[int, Any]:
-    """Return a table by number; JSON has no keys but texts."""
+    """Return a table with integer keys; JSON permits only strings."""
     return {int(key): inner(value) for key, value in found.items()}

@@ -1,7 +1,7 @@
-"""Expressions as read, before any name is looked up: what the grammar yields.
+"""The syntax tree of expressions, before any name is looked up.
 
-Reading is linear in the length of the text and does not recurse; whatever leaves this module
-nests less than `DEEPEST`, so that everything after it may recurse.
+Reading is linear in the length of the text and does not recurse. A tree nests less than `DEEPEST`,
+so later passes may recurse.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from typing import Any
 from lark import Lark, Token, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from fsmkit.language.parser_tables import parser_with
-from fsmkit.language.placing import values_of
+from fsmkit.language.parser_tables import load_parser
+from fsmkit.language.relocation import field_getter
 from fsmkit.language.statements.building import EMITTED, StatementBuilder
 from fsmkit.language.statements.tokens import NO_ZERO, WITHOUT_ZERO, unescape
-from fsmkit.language.units import meant, no_unit, number_with, several
+from fsmkit.language.units import split_number, suggest_duration, suggest_sum, unknown_unit
 
 DEEPEST = 100
-"""Levels an expression may nest; operators in a row nest too."""
+"""Maximum nesting of an expression; operators in a row nest, too."""
 LONGEST = 1_000_000
-"""Characters of an expression."""
+"""Maximum length of an expression, in characters."""
 SHORT = 200
-"""Characters of an expression that is kept, for the next time it is written."""
+"""Maximum length of an expression that is cached, in characters."""
 QUOTED = re.compile("[\"'`]")
 INTEGER = re.compile(r"(?<![\w.$])\d+(?![\w.$])")
-"""A whole number: one takes the place of another of as many digits."""
+"""A whole number; a cached tree serves for other numbers with as many digits."""
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A piece of an expression: its place in the text, brackets included, and its height."""
+    """A node: its location in the text (including brackets) and its height."""
 
     start: int
     end: int
@@ -64,7 +64,7 @@ class DurationNode(Node):
 
 @dataclass(frozen=True, slots=True)
 class StringNode(Node):
-    """A string, its escapes resolved."""
+    """A string, with its escapes resolved."""
 
     value: str
 
@@ -90,7 +90,7 @@ class ArrayNode(Node):
 
 @dataclass(frozen=True, slots=True)
 class UnaryNode(Node):
-    """A prefix operator; ``op`` in the spelling of C."""
+    """A prefix operator; ``op`` in the notation of C."""
 
     op: str
     operand: Node
@@ -98,7 +98,7 @@ class UnaryNode(Node):
 
 @dataclass(frozen=True, slots=True)
 class BinaryNode(Node):
-    """An infix operator, as written but for ``and`` and ``or``, and its place."""
+    """An infix operator and its location; ``and`` and ``or`` are normalized."""
 
     op: str
     left: Node
@@ -142,41 +142,41 @@ class CallNode(Node):
 
 
 def children(node: Node) -> tuple[Node, ...]:
-    """Return the direct parts of a node, in the order in which it holds them."""
+    """Return the direct parts of a node, in field order."""
     found: list[Node] = []
     for value in _values(node):
         found += [value] if isinstance(value, Node) else value if type(value) is tuple else ()
     return tuple(found)
 
 
-def changed(node: Node, change: Callable[[Node], Node]) -> Node:
-    """Return a node of which each leaf is changed."""
+def map_leaves(node: Node, change: Callable[[Node], Node]) -> Node:
+    """Return a node whose leaves are replaced by `change`."""
     values = _values(node)
     if not any(isinstance(value, Node | tuple) for value in values):
         return change(node)
 
-    def of(value: Any) -> Any:
+    def rebuild(value: Any) -> Any:
         if isinstance(value, Node):
-            return changed(value, change)
-        return tuple(map(of, value)) if type(value) is tuple else value
+            return map_leaves(value, change)
+        return tuple(map(rebuild, value)) if type(value) is tuple else value
 
-    return change(node.__class__(*map(of, values)))
+    return change(node.__class__(*map(rebuild, values)))
 
 
 def _values(node: Any) -> tuple[Any, ...]:
-    return _taking(node.__class__)(node)
+    return _field_getter(node.__class__)(node)
 
 
 @cache
-def _taking(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
-    return values_of(tuple(field.name for field in fields(kind)))
+def _field_getter(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
+    return field_getter(tuple(field.name for field in fields(kind)))
 
 
 class SyntaxFault(Exception):  # noqa: N818  (becomes a finding at once)
-    """Why a text is no expression: the rule broken, where, and a way out."""
+    """The reason why a text is not an expression: the violated rule, the location, and advice."""
 
     def __init__(self, rule: str, message: str, start: int, end: int, advice: str | None) -> None:
-        """Keep what the finding will say."""
+        """Store the parts of the finding."""
         super().__init__(message)
         self.rule, self.message, self.start, self.end, self.advice = (
             rule,
@@ -192,7 +192,7 @@ WORDS = {"and": "&&", "or": "||", "not": "!", "===": "==", "!==": "!="}
 
 @v_args(inline=True)
 class _Builder(StatementBuilder):
-    """Makes nodes while the parser runs, bottom up, refusing what nests too deeply."""
+    """Builds nodes bottom up while the parser runs; rejects trees that nest too deeply."""
 
     def name(self, token: Token) -> Node:
         return NameNode(*_place(token), 1, str(token))
@@ -220,45 +220,47 @@ class _Builder(StatementBuilder):
 
     def group(self, opening: Token, inner: Node, closing: Token) -> Node:
         start, end = _place(opening)[0], _place(closing)[1]
-        return replace(inner, start=start, end=end, height=_above(start, end, inner))
+        return replace(inner, start=start, end=end, height=_height(start, end, inner))
 
     def array(self, opening: Token, *rest: Any) -> Node:
         items = _items(rest)
         start, end = _place(opening)[0], _place(rest[-1])[1]
-        return ArrayNode(start, end, _above(start, end, *items), items)
+        return ArrayNode(start, end, _height(start, end, *items), items)
 
     def unary(self, op: Token, operand: Node) -> Node:
         start = _place(op)[0]
-        height = _above(start, operand.end, operand)
+        height = _height(start, operand.end, operand)
         return UnaryNode(start, operand.end, height, WORDS.get(op, str(op)), operand)
 
     foreign_prefix = unary
 
     def binary(self, left: Node, op: Token, right: Node) -> Node:
-        height = _above(left.start, right.end, left, right)
+        height = _height(left.start, right.end, left, right)
         written = WORDS.get(op, str(op))
         return BinaryNode(left.start, right.end, height, written, left, right, *_place(op))
 
     def conditional(self, test: Node, then: Node, otherwise: Node) -> Node:
-        height = _above(test.start, otherwise.end, test, then, otherwise)
+        height = _height(test.start, otherwise.end, test, then, otherwise)
         return ConditionalNode(test.start, otherwise.end, height, test, then, otherwise)
 
     def chosen(self, then: Node, test: Node, otherwise: Node) -> Node:
-        height = _above(then.start, otherwise.end, test, then, otherwise)
+        height = _height(then.start, otherwise.end, test, then, otherwise)
         return ConditionalNode(then.start, otherwise.end, height, test, then, otherwise)
 
     def element(self, base: Node, index: Node, closing: Token) -> Node:
         end = _place(closing)[1]
-        return ElementNode(base.start, end, _above(base.start, end, base, index), base, index)
+        return ElementNode(base.start, end, _height(base.start, end, base, index), base, index)
 
     def member(self, base: Node, name: Token) -> Node:
         start, end = _place(name)
-        return MemberNode(base.start, end, _above(base.start, end, base), base, str(name), start)
+        return MemberNode(base.start, end, _height(base.start, end, base), base, str(name), start)
 
     def call(self, callee: Node, *rest: Any) -> Node:
         items = _items(rest)
         end = _place(rest[-1])[1]
-        return CallNode(callee.start, end, _above(callee.start, end, callee, *items), callee, items)
+        return CallNode(
+            callee.start, end, _height(callee.start, end, callee, *items), callee, items
+        )
 
     def list(self, *items: Node) -> tuple[Node, ...]:
         return items
@@ -270,11 +272,11 @@ def _place(token: Token) -> tuple[int, int]:
 
 
 def _items(rest: tuple[Any, ...]) -> tuple[Node, ...]:
-    """Return the items of a list that may have been left out, before its closing bracket."""
+    """Return the items of an optional list before its closing bracket."""
     return rest[0] if isinstance(rest[0], tuple) else ()
 
 
-def _above(start: int, end: int, *below: Node) -> int:
+def _height(start: int, end: int, *below: Node) -> int:
     height = 1 + max((node.height for node in below), default=0)
     if height > DEEPEST:
         raise SyntaxFault(
@@ -290,11 +292,11 @@ def _above(start: int, end: int, *below: Node) -> int:
 @cache
 def parser() -> Lark:
     """Return the parser of expressions, statements and declarations."""
-    return parser_with(_Builder())
+    return load_parser(_Builder())
 
 
 def parse(text: str) -> Node:
-    """Read an expression; `SyntaxFault` where it is none."""
+    """Read an expression; raise `SyntaxFault` for an invalid one."""
     if not text.strip():
         raise SyntaxFault(
             "expression-syntax", "an expression is missing", 0, len(text), "write one here"
@@ -308,17 +310,17 @@ def parse(text: str) -> Node:
             "split it: store parts of it in variables first",
         )
     try:
-        return _kept(text) if len(text) <= SHORT else _parsed(text)
+        return _parse_cached(text) if len(text) <= SHORT else _parse_uncached(text)
     except UnexpectedInput as error:
         raise _fault(text, error) from None
 
 
 @lru_cache(maxsize=200_000)
-def _kept(text: str) -> Node:
-    """Charts write the same conditions again and again, with the same numbers or others."""
+def _parse_cached(text: str) -> Node:
+    """Read a short expression; charts repeat the same conditions with different numbers."""
     shape = text if QUOTED.search(text) else INTEGER.sub(lambda match: "0" * len(match[0]), text)
     if shape == text:
-        return _parsed(text)
+        return _parse_uncached(text)
 
     def numbered(node: Node) -> Node:
         if not isinstance(node, NumberNode) or node.digits.strip("0"):
@@ -326,13 +328,13 @@ def _kept(text: str) -> Node:
         found = INTEGER.search(text, node.start, node.end)
         return node if found is None else replace(node, digits=found[0])
 
-    return changed(_kept(shape), numbered)
+    return map_leaves(_parse_cached(shape), numbered)
 
 
-def _parsed(text: str) -> Node:
+def _parse_uncached(text: str) -> Node:
     if text.isascii() and text.isdigit():
-        return NumberNode(0, len(text), 1, text)  # half of what charts write needs no grammar
-    # with the transformer inside, what the parser returns is what the transformer made
+        return NumberNode(0, len(text), 1, text)  # half of all expressions in charts
+    # the parser runs the transformer and returns its result
     node: Any = parser().parse(text, start="expression")
     assert isinstance(node, Node)  # noqa: S101
     return node
@@ -369,11 +371,11 @@ def _fault(text: str, error: UnexpectedInput) -> SyntaxFault:
             start = text.find(word)
             message = f"`{word}` is outside the language"
             return SyntaxFault("outside-language", message, start, start + len(word), advice)
-    if (wrong := number_with(text, at)) is not None:
-        word, advice = wrong[1], meant(*wrong)
-        return SyntaxFault("expression-syntax", no_unit(word), at, at + len(word), advice)
+    if (wrong := split_number(text, at)) is not None:
+        word, advice = wrong[1], suggest_duration(*wrong)
+        return SyntaxFault("expression-syntax", unknown_unit(word), at, at + len(word), advice)
     found = text[at : at + size]
-    if (parts := several(text, at)) is not None:
+    if (parts := suggest_sum(text, at)) is not None:
         message = f"`{found}` is not expected here"
         return SyntaxFault("expression-syntax", message, at, at + size, parts)
     return SyntaxFault(
@@ -428,7 +430,7 @@ def _advice(text: str, at: int, found: str, is_foreign: bool) -> str:
         case "+" | "-" if text[at - 1 : at] == found:
             return "`++` and `--` are statements of their own"
         case ";":
-            return "an expression is no statement: remove the semicolon"
+            return "an expression is not a statement: remove the semicolon"
         case ">" if before == "<":
             return "compare with `!=`"
         case ":" if after == "=" or not rest:

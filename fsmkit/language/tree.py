@@ -1,7 +1,7 @@
 """The typed tree of expressions: the only form in which a Chart holds them.
 
-Every node has a type and a place; places take no part in equality. Meaning is fixed here: a
-target that cannot spell an operator with this meaning prints a call of its own instead.
+Every node has a type and a location; equality ignores locations. This module defines the meaning. A
+target without an operator of that meaning prints a function call instead.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class UnaryOp(Enum):
 class BinaryOp(Enum):
     """Operators of two operands.
 
-    ``AND`` and ``OR`` do not evaluate their right side needlessly. ``DIV`` of integers truncates
-    toward zero and ``REM`` has the sign of the dividend, as in C99 6.5.5. A shift count is reduced
-    modulo 32 or 64, the width of the result type; ``SHIFT_RIGHT`` keeps the sign.
+    ``AND`` and ``OR`` evaluate their right side only if needed. ``DIV`` of integers truncates
+    toward zero, and ``REM`` has the sign of the dividend (C99 6.5.5). A shift count is reduced
+    modulo 32 or 64, the width of the result type. ``SHIFT_RIGHT`` keeps the sign.
     """
 
     OR = "||"
@@ -53,13 +53,13 @@ class BinaryOp(Enum):
 
 
 class Storage(Enum):
-    """Where a variable lives."""
+    """The kind of a variable."""
 
     DATA = "data"
     INPUT = "input"
     OUTPUT = "output"
     LOCAL = "local"
-    """In its block only: ``let``, ``var``, a loop variable, a parameter of a function."""
+    """Local to its block: ``let``, ``var``, a loop variable, a parameter of a function."""
 
 
 class Function(Enum):
@@ -73,9 +73,9 @@ class Function(Enum):
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A constant. Named constants, enumeration members, ``len(a)`` and durations end here too.
+    """A constant: also a named constant, an enumeration member, ``len(a)`` or a duration.
 
-    ``name``: of the constant of the chart that was written, if this is it.
+    ``name``: the name of the chart's constant, if the source uses it.
     """
 
     value: Value
@@ -104,7 +104,7 @@ class Variable:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class EventField:
-    """``event.field``, in SCXML ``_event.data.field``: a part of the payload being handled."""
+    """``event.field``, in SCXML ``_event.data.field``: a field of the current event's payload."""
 
     name: str
     type: Type
@@ -117,7 +117,7 @@ class EventField:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class EventName:
-    """``_event.name``: the name of the event being handled, a symbol."""
+    """``_event.name``: the name of the current event, a symbol."""
 
     span: Span = field(compare=False, repr=False)
     type: SymbolType = SYMBOL
@@ -128,14 +128,14 @@ class EventName:
 class EventType(EventName):
     """``_event.type``: ``platform``, ``internal`` or ``external`` (SCXML 5.10.1), a symbol.
 
-    Empty where no event is at hand, as its name is.
+    Empty if no event is being handled, like the name.
     """
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class InState:
-    """``In(state)``: whether the state of that index is active."""
+    """``In(state)``: true if the state with that index is active."""
 
     state: int
     id: str
@@ -220,9 +220,9 @@ class Apply:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A call of an operation of the host. ``type`` is None where it returns nothing.
+    """A call of an operation of the host. ``type`` is None if it returns nothing.
 
-    Arguments already fit the declared parameters: each is wrapped in `Convert` where it might not.
+    Arguments already fit the declared parameters; each is wrapped in `Convert` where it might not.
     """
 
     operation: str
@@ -237,9 +237,10 @@ class Call:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class FunctionBody:
-    """A function of the chart: pure, with a body of typed statements, each way of which returns.
+    """A function of the chart: pure, with a body of typed statements that returns on every path.
 
-    ``reads``: a variable of the chart, or a state test, for each that it reads itself or by others.
+    ``reads``: each variable of the chart and each state test that it reads, also through other
+    functions.
     """
 
     name: str
@@ -248,7 +249,7 @@ class FunctionBody:
     body: tuple[Any, ...]
     reads: tuple[Expr, ...]
     cost: int
-    """At most so many statements are executed, those of functions that it calls included."""
+    """The greatest number of statements that a call executes, including called functions."""
     span: Span = field(compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -258,9 +259,9 @@ class FunctionBody:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class CallFunction:
-    """A call of a function of the chart; what it reads counts as read here.
+    """A call of a function of the chart; the variables that it reads count as read here.
 
-    Arguments already fit the parameters. A failure inside is one of this expression.
+    Arguments already fit the parameters. A failure inside is a failure of this expression.
     """
 
     function: FunctionBody
@@ -273,9 +274,9 @@ class CallFunction:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A number as a value of a type: of int64 its whole part, of an enumeration the member.
+    """A number as a value of a type: the whole part for int64, the member for an enumeration.
 
-    Where there is none it is ``otherwise``, or without that a content error.
+    If the type has no such value, the result is ``otherwise``, or without it a content error.
     """
 
     operand: Expr
@@ -287,19 +288,18 @@ class Checked:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Convert:
-    """A value brought into a type, as storing it in a variable of that type would.
+    """A value converted to a type, as storing it in a variable of that type does.
 
-    Put around arguments, payload fields and stored values whose type differs: integer to float,
-    float to integer (truncating; NaN gives 0), and integers that may lie outside the bounds, for
-    which `Overflow` of the type says what happens. Of a member or a duration, written ``int(e)``,
-    it is the number.
+    It wraps arguments, payload fields and stored values whose type differs. It converts integer to
+    float and float to integer (truncating; NaN gives 0). Integers outside the bounds follow the
+    `Overflow` of the type. For a member or a duration, written ``int(e)``, it is the number.
     """
 
     operand: Expr
     type: Type
     span: Span = field(compare=False, repr=False)
     name: str | None = field(default=None, compare=False, repr=False)
-    """What was called to convert, where that is written."""
+    """The name of the conversion, if it is explicit."""
 
     def __post_init__(self) -> None:
         guard(self, "name")
@@ -310,7 +310,7 @@ class Convert:
 class Invalid:
     """An expression that cannot be evaluated: doing so is a content error (``error.execution``).
 
-    Only charts of lenient dialects hold it: SCXML wants such a guard to fail when it is reached.
+    Only charts of lenient dialects contain it: SCXML requires such a guard to fail at run time.
     """
 
     reason: str
@@ -323,13 +323,13 @@ class Invalid:
 
 @fast_init
 @dataclass(frozen=True, slots=True)
-class Watched:
-    """A condition of a guard, in code that counts what tests reach; its value is the operand's.
+class CoveredCondition:
+    """A condition of a guard in code that counts coverage; its value is the operand's.
 
-    No chart that is read holds it (`plan.counting` puts it there). ``added``: to the number of
-    the way through the guard where this is false; ``bit``: noted where it is false, the next one
-    where it is true, for guards of which no ways are kept, else -1; ``is_first``: no other of the
-    guard is evaluated before.
+    Only `plan.counting` creates it. ``added`` is added to the number of the path through the guard
+    if the condition is false. ``bit`` is recorded if it is false, the next bit if it is true; for
+    guards whose paths are counted it is -1. ``is_first``: no other condition of the guard is
+    evaluated before.
     """
 
     operand: Expr
@@ -342,11 +342,12 @@ class Watched:
 
 @fast_init
 @dataclass(frozen=True, slots=True)
-class Decided:
-    """A whole guard, in code that counts what tests reach; its value is the operand's.
+class CoveredGuard:
+    """A whole guard in code that counts coverage; its value is the operand's.
 
-    ``counter``: of its first way; where no ways are kept, of how often it was false, before that of
-    how often it was true and ``noted`` bytes of what its conditions noted.
+    ``counter`` is the counter of its first path. Without counted paths it counts how often the
+    guard was false, the previous one how often it was true, and ``noted`` bytes record its
+    conditions.
     """
 
     operand: Expr
@@ -373,32 +374,32 @@ Expr = (
     | Checked
     | Convert
     | Invalid
-    | Watched
-    | Decided
+    | CoveredCondition
+    | CoveredGuard
 )
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """What ``for i in 0..7`` and ``for f in Fault`` go through: integers, or numbers of members."""
+    """The range of ``for i in 0..7`` and ``for f in Fault``: integers, or numbers of members."""
 
     numbers: tuple[int, ...] | range
     type: Type
     span: Span = field(compare=False, repr=False)
     name: str = ""
-    """As it was written."""
+    """The range as written."""
 
     def __post_init__(self) -> None:
         guard(self, "name")
 
     @property
     def is_counted(self) -> bool:
-        """Whether each number is one more than that before."""
+        """Return whether the numbers are consecutive."""
         return len(self.numbers) == self.numbers[-1] - self.numbers[0] + 1
 
 
 Iterated = Variable | Numbers
-"""What a loop goes through."""
+"""The iterated expression of a loop."""
 Location = Variable | Element | Member
-"""What an assignment can write."""
+"""The left side of an assignment."""

@@ -1,4 +1,4 @@
-"""The types of the data language. Every one is bounded, so that a machine never allocates."""
+"""The types of the data language. Every type is bounded, so that a machine never allocates."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fsmkit.emit import guard
 
 
 class Overflow(Enum):
-    """What storing a value outside the bounds of an integer type does."""
+    """The effect of storing a value outside the bounds of an integer type."""
 
     SATURATE = "saturate"
     """The nearest bound is stored and ``error.range`` is raised."""
@@ -19,7 +19,7 @@ class Overflow(Enum):
     FAULT = "fault"
     """The machine stops with a reported fault."""
     NEAREST = "nearest"
-    """The nearest bound is the value and nothing is raised: of conversions, not of variables."""
+    """The nearest bound is the value and nothing is raised. For conversions, not for variables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +35,9 @@ class BoolType:
 class IntType:
     """The integers ``lo..hi``, both included, within the union of int64 and uint64.
 
-    ``int8 ... uint64`` are the ranges of the machine integers with `Overflow.WRAP`. As the type
-    of an expression, a wrapping type is one of int32, uint32, int64, uint64 and says that the
-    result is reduced to it; any other is the exact interval of the possible results.
+    ``int8 ... uint64`` are the ranges of the machine integers with `Overflow.WRAP`. As the type of
+    an expression, a wrapping type is one of int32, uint32, int64, uint64, and the result is reduced
+    to it. Any other type is the exact interval of the possible results.
     """
 
     lo: int
@@ -46,7 +46,7 @@ class IntType:
 
     @property
     def is_machine(self) -> bool:
-        """Whether this is one of int8 ... uint64."""
+        """Return whether this is one of int8 ... uint64."""
         return self in MACHINE_NAMES
 
     def __contains__(self, value: int) -> bool:
@@ -88,20 +88,20 @@ class EnumType:
 
     @property
     def bounds(self) -> tuple[int, int]:
-        """The least and the greatest number; not all between them need be of a member."""
+        """The least and the greatest number; some numbers between them may have no member."""
         return min(self.numbers), max(self.numbers)
 
     @property
     def is_counted(self) -> bool:
-        """Whether the members count from 0, so that a number is the place of its member."""
+        """Return whether the members count from 0, so that a number is the index of its member."""
         return self.numbers == tuple(range(len(self.members)))
 
     def number(self, member: str) -> int:
-        """Return the number of a member; `ValueError` where there is none of that name."""
+        """Return the number of a member; `ValueError` if it is unknown."""
         return self.numbers[self.members.index(member)]
 
     def member(self, number: int) -> str:
-        """Return the member of a number; `ValueError` where there is none."""
+        """Return the member with a number; `ValueError` if it is unknown."""
         return self.members[self.numbers.index(number)]
 
     def __str__(self) -> str:
@@ -113,7 +113,7 @@ class EnumType:
 
 @dataclass(frozen=True, slots=True)
 class SymbolType:
-    """A string known when compiling. Only equality and assignment apply."""
+    """A string known at compile time. Only equality and assignment apply."""
 
     def __str__(self) -> str:
         return "symbol"
@@ -182,9 +182,9 @@ FLOAT32, FLOAT64 = FloatType(32), FloatType(64)
 SYMBOL = SymbolType()
 DURATION = DurationType()
 CLOCK_MARGIN = 2**27
-"""Ticks that a 32-bit clock may go back, or a machine may run late, at least."""
+"""A 32-bit clock may go back, or a machine may run late, by at least this many ticks."""
 LONGEST_DURATION = 2**31 - 1 - CLOCK_MARGIN
-"""Ticks. With the margin it is less than half the range of a 32-bit clock."""
+"""In ticks. With the margin it is less than half the range of a 32-bit clock."""
 
 MACHINE_INTEGERS = {
     "int8": INT8,

@@ -1,8 +1,7 @@
-"""Values of the data language as people, scripts and Python write them.
+"""Values of the data language in scripts, in Python and in output.
 
-An enumeration is a number inside and its member's name outside; a duration is ticks inside.
-Every function raises `ValueError`, with a message that fits behind a name, for what is no value of
-the type.
+An enumeration is a number inside and the name of its member outside; a duration is ticks inside.
+Every function raises `ValueError` for an invalid value, with a message that fits after a name.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ def tokens(text: str) -> list[str]:
 
 
 def read_value(words: Iterator[str], type_: Type, tick: int) -> Value:
-    """Take one value of a type from words (see `tokens`); ``tick`` is in microseconds."""
+    """Consume one value of a type from words (see `tokens`); ``tick`` is in microseconds."""
     word = next(words, None)
     if word is None:
         raise ValueError(f"needs a value of type `{type_}`")
@@ -65,7 +64,7 @@ def _read_scalar(word: str, type_: Type, tick: int) -> Value:
                 )
             except ValueError as error:
                 if "invalid literal" in str(error) or "could not convert" in str(error):
-                    raise ValueError(f"is `{type_}`: `{word}` is no number of it") from error
+                    raise ValueError(f"is `{type_}`: `{word}` is not a valid number") from error
                 raise
         case EnumType(name):
             if word.removeprefix("-").isdecimal():
@@ -86,12 +85,12 @@ def _read_scalar(word: str, type_: Type, tick: int) -> Value:
 def _ticks(word: str, tick: int) -> int:
     microseconds = read_microseconds(word)
     if microseconds % tick:
-        raise ValueError(f"is no whole number of ticks of {duration_text(tick)}: `{word}`")
+        raise ValueError(f"is not a whole number of ticks of {duration_text(tick)}: `{word}`")
     return microseconds // tick
 
 
 def from_python(value: object, type_: Type) -> Value:
-    """Return the value that a Python object stands for."""
+    """Return the value that a Python object represents."""
     match type_:
         case BoolType():
             if isinstance(value, bool) or (isinstance(value, int) and value in (0, 1)):
@@ -110,7 +109,7 @@ def from_python(value: object, type_: Type) -> Value:
                 return type_.number(str(name))
             if isinstance(value, int) and value in type_.numbers:
                 return int(value)
-            raise ValueError(f"is no member of `{type_}` ({', '.join(members)}): {value!r}")
+            raise ValueError(f"is not a member of `{type_}` ({', '.join(members)}): {value!r}")
         case SymbolType():
             if isinstance(value, str):
                 return value
@@ -121,7 +120,7 @@ def from_python(value: object, type_: Type) -> Value:
             return _composite(value, type_)
         case _:
             assert_never(type_)
-    raise ValueError(f"is no `{type_}`: {value!r}")
+    raise ValueError(f"is not a value of `{type_}`: {value!r}")
 
 
 def _composite(value: object, type_: ArrayType | RecordType) -> Value:
@@ -137,7 +136,7 @@ def _composite(value: object, type_: ArrayType | RecordType) -> Value:
 
 
 def to_python(value: Value, type_: Type) -> object:
-    """Return a value as Python wants it: enumerations by name, arrays as lists, records as dict."""
+    """Return a value as a Python object: enumerations by name, arrays as lists, records as dict."""
     match type_, value:
         case EnumType(), int():
             return type_.member(value)
@@ -154,7 +153,7 @@ def to_python(value: Value, type_: Type) -> object:
 
 @telling
 def show(value: Value, type_: Type, tick: int = 1000) -> str:
-    """Return a value for people."""
+    """Format a value for display."""
     match type_, value:
         case EnumType(), int():
             return type_.member(value)

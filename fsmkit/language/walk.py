@@ -1,4 +1,4 @@
-"""Visit or change the parts of a tree: of expressions, of statements, of a Chart."""
+"""Visiting and rewriting of trees: expressions, statements, a Chart."""
 
 from __future__ import annotations
 
@@ -8,48 +8,48 @@ from functools import cache
 from typing import Any, get_args
 
 from fsmkit.diagnostics import Source, Span
-from fsmkit.language.placing import BARE, values_of
+from fsmkit.language.relocation import BARE, field_getter
 from fsmkit.language.tree import Call, Element, Expr, Member, Variable
 
 EXPRESSIONS = frozenset(get_args(Expr))
 
 
 def nodes(node: object) -> Iterator[object]:
-    """Yield a node and all below it: dataclasses and tuples, in order.
+    """Yield a node and its descendants: dataclasses and tuples, in order.
 
-    Places and the types of expressions are left out.
+    Locations and the types of expressions are skipped.
     """
     left: list[Any] = [node]
     while left:
         part = left.pop()
         if type(part) is tuple:
             left += part[::-1]
-        elif (take := held(part.__class__)) is not None:
+        elif (take := child_getter(part.__class__)) is not None:
             yield part
             left += take(part)[::-1]
 
 
 def children(node: Any) -> tuple[object, ...]:
-    """Return the fields of a node that may hold nodes, in order."""
-    take = held(node.__class__)
+    """Return the fields of a node that may contain nodes, in order."""
+    take = child_getter(node.__class__)
     return () if take is None else take(node)
 
 
 @cache
-def held(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
-    """Return how to take what a node may hold of nodes; None for what is none."""
+def child_getter(kind: Any) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Return the function that reads the child fields of a class; None for a leaf."""
     names = _names(kind)
-    return None if names is None else values_of(names)
+    return None if names is None else field_getter(names)
 
 
 @cache
-def fields_held(kind: Any) -> tuple[str, ...]:
-    """Return the fields in which a node of a class may hold others; none of what is a leaf."""
+def child_fields(kind: Any) -> tuple[str, ...]:
+    """Return the fields of a class that may contain nodes; empty for a leaf."""
     return _names(kind) or ()
 
 
-def may_hold(kind: Any) -> bool:
-    """Whether a node of a class may hold others."""
+def can_have_children(kind: Any) -> bool:
+    """Return whether a node of a class can have children."""
     return bool(_names(kind))
 
 
@@ -62,7 +62,7 @@ def _names(kind: Any) -> tuple[str, ...] | None:
 
 
 def parts(node: Any) -> tuple[Expr, ...]:
-    """Return the direct parts of an expression, or the expressions that a statement holds."""
+    """Return the direct parts of an expression, or the expressions of a statement."""
     found: tuple[Any, ...] = ()
     for part in children(node):
         for each in part if part.__class__ is tuple else (part,):
@@ -72,29 +72,29 @@ def parts(node: Any) -> tuple[Expr, ...]:
 
 
 def subexpressions(expr: Expr) -> Iterator[Expr]:
-    """Return an expression and all its parts."""
+    """Yield an expression and its parts, at every depth."""
     yield expr
     for part in parts(expr):
         yield from subexpressions(part)
 
 
 def calls(expr: Expr) -> bool:
-    """Whether evaluating calls an operation of the host."""
+    """Return whether evaluating an expression calls an operation of the host."""
     return any(isinstance(part, Call) for part in subexpressions(expr))
 
 
 def root(location: Expr) -> Variable:
-    """Return the variable that a location is, or is a part of."""
+    """Return the variable that a location is, or belongs to."""
     while not isinstance(location, Variable):
         assert isinstance(location, Element | Member)  # noqa: S101
         location = location.array if isinstance(location, Element) else location.record
     return location
 
 
-def with_parts(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
-    """Return an expression each direct part of which is changed; arrays stay the variables.
+def map_parts(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
+    """Return an expression whose direct parts are replaced by `change`; arrays stay variables.
 
-    Where nothing changes it is the same expression.
+    If nothing changes, return the same expression.
     """
     new: dict[str, Any] = {}
     kind: Any = expr.__class__
@@ -111,9 +111,9 @@ def with_parts(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
     return replace(expr, **new) if new else expr
 
 
-def rebuilt(expr: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
-    """Return an expression in which what ``change`` gives stands for the nodes it gives it for."""
+def rewrite(expr: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
+    """Return an expression whose nodes are replaced by ``change``, where it is not None."""
     changed = change(expr)
     if changed is not None:
         return changed
-    return with_parts(expr, lambda part: rebuilt(part, change))
+    return map_parts(expr, lambda part: rewrite(part, change))

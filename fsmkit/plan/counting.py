@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Outcomes, Ways, shape_of, ways_of
 from fsmkit.chart.chart import Chart
-from fsmkit.language import Binary, BinaryOp, Decided, Expr, Unary, UnaryOp, Watched
+from fsmkit.language import Binary, BinaryOp, CoveredCondition, CoveredGuard, Expr, Unary, UnaryOp
 from fsmkit.plan.fingerprint import MEMO, fingerprint
 
 FULL = 255
@@ -70,7 +70,7 @@ def area_of(chart: Chart) -> Area:
 
 
 def _ways(guard: Expr) -> Ways:
-    shape, conditions = shape_of(guard.operand if isinstance(guard, Decided) else guard)
+    shape, conditions = shape_of(guard.operand if isinstance(guard, CoveredGuard) else guard)
     count = len(conditions)
     if count <= MOST_CONDITIONS:
         return ways_of(shape, count)
@@ -116,8 +116,8 @@ def _counted(guard: Expr, where: Guard) -> Expr:
             case _:
                 place, number = number, number + 1
                 if where.is_noted:
-                    return Watched(expr, 0, 2 * place, place == 0, expr.span)
-                return Watched(expr, where.ways.missed[place], -1, place == 0, expr.span)
+                    return CoveredCondition(expr, 0, 2 * place, place == 0, expr.span)
+                return CoveredCondition(expr, where.ways.missed[place], -1, place == 0, expr.span)
 
     noted = where.bytes - 2 if where.is_noted else 0
-    return Decided(watched(guard), where.counter, noted, guard.span)
+    return CoveredGuard(watched(guard), where.counter, noted, guard.span)

@@ -9,7 +9,7 @@ from typing import Any, assert_never
 from rich.text import Text
 from rich.tree import Tree
 
-from fsmkit.chart.format import spell_trigger
+from fsmkit.chart.format import format_trigger
 from fsmkit.plan.operations import Branch, Content, Enter, Op, Restore, Variant
 from fsmkit.plan.plan import Plan
 
@@ -67,7 +67,7 @@ class _Speller:
 
     def transition(self, index: int) -> str:
         transition = self.plan.chart.transitions[index]
-        trigger = spell_trigger(transition, self.plan.chart)
+        trigger = format_trigger(transition, self.plan.chart)
         return f"{self.state(transition.source)} {trigger}"
 
     def variant(self, variant: Variant) -> str:

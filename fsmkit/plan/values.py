@@ -14,7 +14,7 @@ from fsmkit.chart.analysis.exclusion import joint_outcome, outcome
 from fsmkit.chart.analysis.ranges import Range, raw_range, within
 from fsmkit.chart.forms import by_form
 from fsmkit.language.arithmetic import width
-from fsmkit.language.conversion import bounds, of_type
+from fsmkit.language.conversion import bounds, integer_bounds
 
 
 @by_form
@@ -63,7 +63,7 @@ def bounding(expr: lang.Convert) -> Bounding | None:
     lo, hi, overflow = bounds(expr.type)
     truncates = isinstance(source, lang.FloatType)
     if overflow is lang.Overflow.NEAREST and not truncates:
-        inner = of_type(source)
+        inner = integer_bounds(source)
         if inner is not None and within(inner, (lo, hi)):
             return None
     if truncates and overflow is lang.Overflow.WRAP:
@@ -74,5 +74,5 @@ def bounding(expr: lang.Convert) -> Bounding | None:
 def count_width(expr: lang.Binary) -> int | None:
     """Return the width by which a shift count is reduced; None where it is below it."""
     assert isinstance(expr.type, lang.IntType)  # noqa: S101  (typed so)
-    bits, count = width(expr.type), of_type(expr.right.type)
+    bits, count = width(expr.type), integer_bounds(expr.right.type)
     return None if count is not None and within(count, (0, bits - 1)) else bits

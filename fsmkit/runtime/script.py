@@ -369,7 +369,7 @@ def is_returns(words: Sequence[str]) -> bool:
 def _example_value(type_: lang.Type) -> str:
     """Return an example of a value of type `type_`, for help."""
     value = lang.default_value(type_)
-    return "..." if isinstance(value, tuple) else lang.spell_value(value, type_)
+    return "..." if isinstance(value, tuple) else lang.format_value(value, type_)
 
 
 def _sort_arguments(words: list[str], names: list[str]) -> Iterator[str]:

@@ -82,7 +82,7 @@ def _statement(word: str, element: Element, context: Context) -> stmt.Block:
             value = context.given(element, "expr")
             if value is None:
                 return _lacks(element, "expr", context)
-            kind = stmt.VALUED.get(word.removeprefix(f"{PREFIX}:"), stmt.CallOperation)
+            kind = stmt.HANDLER_KEYWORDS.get(word.removeprefix(f"{PREFIX}:"), stmt.CallOperation)
             return (kind(value, span),)
 
 

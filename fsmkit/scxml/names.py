@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from fsmkit.document import keys
 from fsmkit.document.keys import Keys
-from fsmkit.language.statements.tree import VALUED
+from fsmkit.language.statements.tree import HANDLER_KEYWORDS
 
 SCXML = "http://www.w3.org/2005/07/scxml"
 EXTENSION = "urn:fsmkit:scxml"
@@ -105,7 +105,7 @@ EXTENSION_ELEMENTS = {
         "environment": " ".join(keys.OWN_ENVIRONMENT),
         "param": "name expr",
         "super": "",
-        **dict.fromkeys(VALUED, "expr"),
+        **dict.fromkeys(HANDLER_KEYWORDS, "expr"),
         "call": "expr",
         "unreadable": "reason",
     }.items()
@@ -114,7 +114,7 @@ EXTENSION_ELEMENTS = {
 
 CONTENT = ("assign", "raise", "if", "foreach", "log", "script", "send", "cancel")
 """Executable content (SCXML 4)."""
-EXTENSION_CONTENT = ("super", *VALUED, "call", "unreadable")
+EXTENSION_CONTENT = ("super", *HANDLER_KEYWORDS, "call", "unreadable")
 
 _PARTS = {"transition", "onentry", "onexit", "datamodel", "invoke", "initial", *STATES}
 CHILDREN = {

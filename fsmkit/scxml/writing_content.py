@@ -56,7 +56,7 @@ def _add_statement(parent: etree._Element, statement: stmt.WrittenStatement) -> 
             add_statements(element, body)
         case stmt.Return() | stmt.Local():
             add_script(parent, (statement,))
-        case stmt.Valued(value):
+        case stmt.KeywordStatement(value):
             put(add(parent, extension(statement.word)), "expr", value)
         case stmt.Super():
             add(parent, extension("super"))

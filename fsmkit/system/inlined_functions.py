@@ -7,7 +7,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from fsmkit.language import FunctionBody, InState, Storage, Type, Variable
-from fsmkit.language.walk import held
+from fsmkit.language.walk import child_getter
 
 Read = Callable[[Variable | InState], Variable]
 """Returns the condition's variable for one of the chart, or for whether a state is active."""
@@ -26,7 +26,11 @@ def _rename_variables(part: Any, read: Read) -> Any:
         isinstance(part, Variable) and part.storage is not Storage.LOCAL
     ):
         return read(part)
-    if not is_dataclass(part) or isinstance(part, type | Type) or held(part.__class__) is None:
+    if (
+        not is_dataclass(part)
+        or isinstance(part, type | Type)
+        or child_getter(part.__class__) is None
+    ):
         return part
     values = {field.name: getattr(part, field.name) for field in fields(part) if field.init}
     new = {name: _rename_variables(value, read) for name, value in values.items() if name != "span"}

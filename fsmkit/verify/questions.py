@@ -182,7 +182,7 @@ def _candidate(dry: _GuardEvaluator, transition: Transition) -> Json:
     row: Json = {"t": transition.index, "state": chart.states[transition.source].id, "holds": True}
     if guard is None:
         return row
-    row["guard"] = lang.spell(guard, chart.capacities.tick)
+    row["guard"] = lang.format_expression(guard, chart.capacities.tick)
     read = {node.name: node for node in nodes(guard) if isinstance(node, lang.Variable)}
     row["values"] = {
         name: to_json(dry.variable(name), node.type)

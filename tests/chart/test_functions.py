@@ -10,7 +10,7 @@ from fsmkit.diagnostics import Findings, Source
 from fsmkit.document.document import Document
 from fsmkit.document.front_ends import FrontEnd
 from fsmkit.language import EnumType, Storage, Variable
-from fsmkit.language.functions.narrowing import narrowed
+from fsmkit.language.functions.narrowing import narrow_range
 from fsmkit.language.statements.tree import Return
 from fsmkit.language.walk import nodes
 from fsmkit.plugins import plugin
@@ -229,7 +229,7 @@ def test_wrong_results(results: str) -> None:
 def test_tests_narrow_ranges() -> None:
     chart = chart_with("n = 1", "down(i 0..9) -> 0..9: i - 1 if i > 0 and i < 5 else 9")
     (function,) = [f for f in chart.functions if f.name == "down"]
-    assert narrowed(function.body[0].value) == (0, 9)
+    assert narrow_range(function.body[0].value) == (0, 9)
 
 
 def test_nested_calls_are_typed_once() -> None:

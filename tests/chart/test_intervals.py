@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.chart import OPEN_ENDED, Chart
-from fsmkit.chart.format import spell_trigger
+from fsmkit.chart.format import format_trigger
 from fsmkit.chart.loading import load_with_findings
 from fsmkit.cli import execute
 from fsmkit.diagnostics import Findings, FsmkitError
@@ -44,7 +44,7 @@ def test_bounds_are_read(tmp_path: Path, delay: str, least: int, greatest: int, 
     chart = load(tmp_path, delay)
     (timed,) = (t for t in chart.transitions if t.delay)
     assert (timed.least, timed.delay) == (least, greatest)
-    assert spell_trigger(timed, chart) == told
+    assert format_trigger(timed, chart) == told
 
 
 @pytest.mark.parametrize(

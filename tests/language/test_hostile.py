@@ -63,7 +63,7 @@ def usual_depth() -> Iterator[None]:
 @pytest.mark.usefixtures("usual_depth")
 def test_what_is_just_allowed_can_be_worked_with() -> None:
     deep = typed("a" + " + a" * (DEEPEST - 1))
-    assert typed(lang.spell(deep)) == deep
+    assert typed(lang.format_expression(deep)) == deep
     assert lang.fold(deep) == deep
 
 

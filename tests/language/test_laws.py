@@ -61,7 +61,7 @@ def test_what_is_printed_reads_back_equal(source: str) -> None:
     expr = attempted(source)
     assume(expr is not None)
     assert expr is not None
-    printed = lang.spell(expr)
+    printed = lang.format_expression(expr)
     assert typed(printed) == expr, printed
 
 

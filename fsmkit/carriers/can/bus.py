@@ -23,7 +23,7 @@ from fsmkit.carriers.can.response_times import TimedFrame, fd_frame_bits, frame_
 from fsmkit.diagnostics import Findings, Span, Text, fail
 from fsmkit.emit import Namer
 from fsmkit.language import BOOL, BoolType, EnumType, FloatType, IntType, Scope, Type, read_duration
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 from fsmkit.system.deployment.delays import Connection, connection_of
 from fsmkit.system.deployment.event_map import LEVELS, EventMap, LevelType
 from fsmkit.system.indices import integer
@@ -309,7 +309,7 @@ def signal_of(name: str, type_: Type, start: int, span: Span) -> Signal:
     """Return a signal for values of a type, with the fewest bits (at least one)."""
     if isinstance(type_, FloatType):
         return Signal(name, type_, start, type_.bits, False, False, span)
-    found = of_type(type_)
+    found = integer_bounds(type_)
     assert found is not None, type_  # noqa: S101  (`report_limits` has refused others)
     lo, hi = found
     bits = max(1, (hi - lo).bit_length())

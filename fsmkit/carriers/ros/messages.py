@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fsmkit.emit import Identifier, plain
 from fsmkit.emit.c import WORDS
 from fsmkit.language import BoolType, DurationType, EnumType, FloatType, IntType, Type
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 
 INTEGERS = {
     "uint8": (0, 2**8 - 1),
@@ -98,7 +98,7 @@ def holds(primitive: str, type_: Type) -> bool:
         case DurationType():
             return primitive == DURATION
         case IntType() | EnumType():
-            span = of_type(type_)
+            span = integer_bounds(type_)
             lo, hi = INTEGERS.get(primitive, (0, -1))
             return span is not None and lo <= span[0] and span[1] <= hi
         case _:

@@ -46,7 +46,7 @@ from fsmkit.language import (
     fold,
     read_duration,
 )
-from fsmkit.language.conversion import fits, of_type
+from fsmkit.language.conversion import fits, integer_bounds
 from fsmkit.language.tree import Binary, Conditional, Convert, Expr, Unary
 from fsmkit.language.walk import subexpressions
 from fsmkit.system.conditions import read_expression
@@ -211,7 +211,7 @@ class FormulaReader:
                     is_known = op in OPERATORS
                 case _:
                     is_known = False
-            span = of_type(part.type)
+            span = integer_bounds(part.type)
             if is_known and not isinstance(part.type, FloatType) and span is not None:
                 if span[0] >= LEAST and span[1] <= GREATEST:
                     continue

@@ -17,9 +17,9 @@ from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.content import values, variables, written
 from fsmkit.chart.forms import by_form
 from fsmkit.document.document import Kind
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 from fsmkit.language.statements.tree import bodies, statements
-from fsmkit.language.walk import held, may_hold, root
+from fsmkit.language.walk import can_have_children, child_getter, root
 
 # --- failing --------------------------------------------------------------------------------------
 
@@ -28,7 +28,7 @@ def is_never_zero(divisor: lang.Expr) -> bool:
     """Whether a divisor is provably not 0."""
     if isinstance(divisor, lang.Literal):
         return divisor.value != 0
-    bounds = of_type(divisor.type)
+    bounds = integer_bounds(divisor.type)
     return bounds is not None and not bounds[0] <= 0 <= bounds[1]
 
 
@@ -36,7 +36,7 @@ def is_inside(index: lang.Expr, length: int) -> bool:
     """Whether an index provably lies within an array."""
     if isinstance(index, lang.Literal) and isinstance(index.value, int):
         return 0 <= index.value < length
-    bounds = of_type(index.type)
+    bounds = integer_bounds(index.type)
     return bounds is not None and within(bounds, (0, length - 1))
 
 
@@ -217,7 +217,7 @@ def _of_form(node: Any) -> int:
 @cache
 def _rules(kind: Any) -> tuple[Callable[[Any], int] | None, Callable[[Any], Any] | None]:
     """Return what may happen in a node of a class itself, and how to take what it holds."""
-    return OWN.get(kind), held(kind) if may_hold(kind) else None
+    return OWN.get(kind), child_getter(kind) if can_have_children(kind) else None
 
 
 def _of_binary(part: lang.Binary) -> int:
@@ -245,7 +245,7 @@ def _of_checked(part: lang.Checked) -> int:
         return 0
     if not isinstance(part.type, lang.EnumType):
         return FAILS
-    known, members = of_type(part.operand.type), part.type.numbers
+    known, members = integer_bounds(part.operand.type), part.type.numbers
     if known is None or known[1] - known[0] >= len(members):
         return FAILS
     return 0 if all(n in members for n in range(known[0], known[1] + 1)) else FAILS
@@ -267,8 +267,8 @@ OWN: Mapping[type, Callable[[Any], int]] = {
     lang.Checked: _of_checked,
     lang.CallFunction: _of_function,
     lang.Invalid: lambda _: FAILS,
-    lang.Watched: lambda _: COUNTS,
-    lang.Decided: lambda _: COUNTS,
+    lang.CoveredCondition: lambda _: COUNTS,
+    lang.CoveredGuard: lambda _: COUNTS,
     lang.Call: lambda _: CALLS | OBSERVES,
     lang.InState: lambda _: OBSERVES | ASKS,
     lang.EventField: lambda _: READS_EVENT,

@@ -12,7 +12,7 @@ from fsmkit.chart.analysis.effects import can_fail
 from fsmkit.chart.analysis.ranges import Range, raw_range, within
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.structure import can_be_together
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 from fsmkit.language.walk import calls
 
 HOLDS: Mapping[lang.BinaryOp, Callable[[Any, Any], bool]] = {
@@ -290,4 +290,4 @@ def _discrete(type_: lang.Type | None) -> tuple[int, int] | None:
     """Return the bounds of a type of which each value is one number, truth values left out."""
     if isinstance(type_, lang.SymbolType):
         return 0, MOST_SYMBOLS - 1
-    return None if isinstance(type_, lang.BoolType) else of_type(type_)
+    return None if isinstance(type_, lang.BoolType) else integer_bounds(type_)

@@ -18,7 +18,7 @@ from fsmkit.document.document import Kind
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.conversion import bounds
 from fsmkit.language.statements.tree import bodies, statements
-from fsmkit.language.walk import calls, nodes, parts, rebuilt, root, subexpressions
+from fsmkit.language.walk import calls, nodes, parts, rewrite, root, subexpressions
 
 Facts = tuple[Fact, ...]
 MOST_SPLITS = 5
@@ -140,7 +140,7 @@ def _can_leave(
 
 def _with(expr: lang.Expr, part: lang.Expr, instead: lang.Expr) -> lang.Expr:
     """Return an expression in which another one stands instead of a part."""
-    return rebuilt(expr, lambda each: instead if each is part else None)
+    return rewrite(expr, lambda each: instead if each is part else None)
 
 
 def _compared(operand: lang.Expr, op: lang.BinaryOp, bound: int) -> lang.Binary:

@@ -59,7 +59,7 @@ from fsmkit.chart.content import values as values_of
 from fsmkit.chart.walk import charts_within
 from fsmkit.diagnostics import Span
 from fsmkit.document.document import Trigger
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 from fsmkit.language.statements.tree import bodies
 from fsmkit.language.walk import nodes, parts, root, subexpressions
 
@@ -529,7 +529,7 @@ class _Flows:
                 return [place for one in arguments for place in self._sources(one, at)]
             case lang.Convert(operand):
                 found = self._sources(operand, at)
-                inner, outer = range_of(operand), of_type(expr.type)
+                inner, outer = range_of(operand), integer_bounds(expr.type)
                 if inner is not None and outer is not None and not within(inner, outer):
                     for place in found:
                         self.cuts[place] |= {Cut(outer[0]), Cut(outer[1], after=True)}

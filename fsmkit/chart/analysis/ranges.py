@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import fsmkit.language as lang
 from fsmkit.language.arithmetic import exact, interval
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 
 Range = tuple[int, int]
 """The least and the greatest value."""
@@ -14,7 +14,7 @@ Range = tuple[int, int]
 
 def range_of(expr: lang.Expr) -> Range | None:
     """Return what the value of an expression lies between; None if it is no whole number."""
-    own = of_type(expr.type)
+    own = integer_bounds(expr.type)
     found = raw_range(expr)
     return own if own is None or found is None or not within(found, own) else found
 
@@ -38,7 +38,7 @@ def raw_range(expr: lang.Expr, of: Callable[[lang.Expr], Range | None] = range_o
             return _joined([of(then), of(otherwise)])
         case lang.Apply(function, arguments):
             return _of_function(function, [of(argument) for argument in arguments])
-        case lang.Convert(operand) if (outer := of_type(expr.type)) is not None:
+        case lang.Convert(operand) if (outer := integer_bounds(expr.type)) is not None:
             inner = of(operand)
             if inner is None or within(inner, outer):
                 return inner or outer
@@ -46,7 +46,7 @@ def raw_range(expr: lang.Expr, of: Callable[[lang.Expr], Range | None] = range_o
                 return outer
             return tuple(min(max(end, outer[0]), outer[1]) for end in inner)  # type: ignore[return-value]
         case _:
-            return of_type(expr.type)
+            return integer_bounds(expr.type)
 
 
 def within(inner: Range, outer: Range) -> bool:

@@ -31,7 +31,7 @@ from fsmkit.language import (
     default_value,
 )
 from fsmkit.language.conversion import convert
-from fsmkit.language.walk import rebuilt
+from fsmkit.language.walk import rewrite
 
 TYPES = (EnumType, RecordType, ArrayType)
 
@@ -250,7 +250,7 @@ class _Content:
         def argument(part: Expr) -> Expr | None:
             return given.get(part.name) if isinstance(part, Variable) else None
 
-        made = replace(rebuilt(pattern, argument), span=node.span)
+        made = replace(rewrite(pattern, argument), span=node.span)
         assert isinstance(made, Call)  # noqa: S101  (a pattern is a call)
         return made if result is None or made.type is None else convert(made, result)
 

@@ -115,7 +115,7 @@ def _statement(part: object) -> object:
             | stmt.Raise()
             | stmt.Log()
             | stmt.CallOperation()
-            | stmt.Valued()
+            | stmt.KeywordStatement()
         ):
             inside = tuple(texts(part))
             steps = [step for text in inside if (step := _step(text)) is not None]

@@ -12,7 +12,7 @@ from fsmkit.chart.passes.context import Context, warn_not_evaluable
 from fsmkit.chart.passes.type_events import failed_send, type_cancel, type_raise, type_send
 from fsmkit.diagnostics import Findings, Severity, Text
 from fsmkit.language.constants import is_list, split_list
-from fsmkit.language.functions.local_variables import type_head, type_local
+from fsmkit.language.functions.local_variables import type_local, type_loop_head
 from fsmkit.language.statements import tree as doc
 from fsmkit.language.syntax import BinaryNode, SyntaxFault, parse
 
@@ -203,7 +203,7 @@ def _if(
 def _for_each(
     written: doc.ForEach[Text, Text, doc.WrittenStatement], context: Context
 ) -> tuple[stmt.Statement, ...]:
-    head = type_head(written, context.scope, context.findings)
+    head = type_loop_head(written, context.scope, context.findings)
     if head is None:
         return ()
     body = type_block(written.body, replace(context, scope=head.scope))

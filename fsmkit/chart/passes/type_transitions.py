@@ -19,7 +19,7 @@ from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.language import BOOL, Expr, Literal, read_duration
-from fsmkit.language.durations import spelled
+from fsmkit.language.durations import format_ticks
 
 CARRIED = keys.carried(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
@@ -230,6 +230,6 @@ def _delay(written: DocTransition, text: Text, context: Context) -> int:
             "`every` with a delay of 0 would never let time pass",
             text,
             help="write a delay of one tick at least",
-            fixes=replace_text(text, spelled(1, context.scope.tick)),
+            fixes=replace_text(text, format_ticks(1, context.scope.tick)),
         )
     return ticks

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from fsmkit.chart.chart import Chart, Data, Event, Invocation, State, Transition
-from fsmkit.chart.format import spell_statement
+from fsmkit.chart.format import format_statement
 from fsmkit.chart.statements import Block
 from fsmkit.chart.views.asked import environment_parts, property_parts
 from fsmkit.chart.views.origins import Origins, Where
@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.as_json import location
 from fsmkit.document import keys
 from fsmkit.document.document import Origin, Trigger
-from fsmkit.language import EnumType, Expr, Field, RecordType, Type, spell, spell_value
+from fsmkit.language import EnumType, Expr, Field, RecordType, Type, format_expression, format_value
 
 Json = dict[str, object]
 
@@ -32,7 +32,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
         "constants": [
             {
                 "name": name,
-                "value": spell_value(value.value, value.type, tick),
+                "value": format_value(value.value, value.type, tick),
                 **_from(origins.constants.get(name)),
             }
             for name, value in chart.constants
@@ -104,7 +104,7 @@ def _fields(fields: tuple[Field, ...]) -> list[Json]:
 
 
 def _data(data: Data, chart: Chart) -> Json:
-    start = spell_value(data.init.value, data.type, chart.capacities.tick)
+    start = format_value(data.init.value, data.type, chart.capacities.tick)
     return {
         "name": data.name,
         "type": str(data.type),
@@ -124,11 +124,11 @@ def _event(event: Event) -> Json:
 
 
 def _block(block: Block, chart: Chart) -> list[str]:
-    return [spell_statement(statement, chart) for statement in block]
+    return [format_statement(statement, chart) for statement in block]
 
 
 def _expr(expr: Expr | None, chart: Chart) -> str | None:
-    return None if expr is None else spell(expr, chart.capacities.tick)
+    return None if expr is None else format_expression(expr, chart.capacities.tick)
 
 
 def _state(state: State, chart: Chart) -> Json:

@@ -10,18 +10,18 @@ from rich.tree import Tree
 
 from fsmkit.chart.chart import Chart, Data, Event, State, Transition
 from fsmkit.chart.format import (
-    spell_block,
-    spell_function,
-    spell_operation,
-    spell_signature,
-    spell_trigger,
+    format_block,
+    format_function,
+    format_operation,
+    format_signature,
+    format_trigger,
 )
 from fsmkit.chart.views.asked import environment_parts, spell_property
 from fsmkit.chart.views.origins import Origins, Where
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
-from fsmkit.language import EnumType, RecordType, Type, spell, spell_value
+from fsmkit.language import EnumType, RecordType, Type, format_expression, format_value
 
 STYLES = {Origin.OWN: "", Origin.INHERITED: "dim", Origin.OVERRIDDEN: "yellow"}
 
@@ -72,7 +72,7 @@ class _Maker:
             tree.add(Text(chart.doc, "italic"))
         self._declarations(tree)
         if chart.script:
-            tree.add(Text(f"script: {spell_block(chart.script, chart)}"))
+            tree.add(Text(f"script: {format_block(chart.script, chart)}"))
         self.states(tree.add(Text("states", "bold")))
         return tree
 
@@ -104,7 +104,7 @@ class _Maker:
             tree,
             "constants",
             [
-                (f"{name} = {spell_value(value.value, value.type, tick)}",
+                (f"{name} = {format_value(value.value, value.type, tick)}",
                  self.origins.constants.get(name) or self._named(name, Origin.OWN, value.span))
                 for name, value in chart.constants
             ],
@@ -122,7 +122,7 @@ class _Maker:
             tree,
             "operations",
             [
-                (spell_operation(o, chart), self._named(o.name, o.origin, o.span))
+                (format_operation(o, chart), self._named(o.name, o.origin, o.span))
                 for o in chart.operations
             ],
         )
@@ -130,7 +130,7 @@ class _Maker:
             tree,
             "functions",
             [
-                (spell_function(f, chart), self.origins.functions.get(f.name, nowhere))
+                (format_function(f, chart), self.origins.functions.get(f.name, nowhere))
                 for f in chart.functions
             ],
         )
@@ -155,11 +155,11 @@ class _Maker:
     def _data(self, data: Data, is_input: bool) -> str:
         if is_input:
             return f"{data.name}: {data.type}"
-        start = spell_value(data.init.value, data.type, self.chart.capacities.tick)
+        start = format_value(data.init.value, data.type, self.chart.capacities.tick)
         return f"{data.name}: {data.type} = {start}"
 
     def _event(self, event: Event) -> tuple[str, Where]:
-        signature = spell_signature(event.name, event.fields, event.reply)
+        signature = format_signature(event.name, event.fields, event.reply)
         if not event.fields and event.reply is None:
             signature = event.name
         return f"{directions(event):8} {signature}", self._named(
@@ -210,7 +210,10 @@ class _Maker:
         if state.invariant is not None:
             node.add(
                 self._part(
-                    "invariant", spell(state.invariant, tick), state.invariant.span, state.index
+                    "invariant",
+                    format_expression(state.invariant, tick),
+                    state.invariant.span,
+                    state.index,
                 )
             )
         if state.defer:
@@ -220,7 +223,7 @@ class _Maker:
             for block in blocks:
                 if block:
                     node.add(
-                        self._part(word, spell_block(block, chart), block[0].span, state.index)
+                        self._part(word, format_block(block, chart), block[0].span, state.index)
                     )
         self._invoked(node, state)
         self._initial(node, state)
@@ -232,7 +235,7 @@ class _Maker:
     def _invoked(self, tree: Tree, state: State) -> None:
         """Add what the state invokes, each chart with its states."""
         for block in state.invokes:
-            told = spell_block(block, self.chart).removeprefix("invoke ")
+            told = format_block(block, self.chart).removeprefix("invoke ")
             tree.add(self._part("invoke", told, block[0].span, state.index))
         for invocation in self.chart.invocations:
             if invocation.state != state.index:
@@ -242,7 +245,7 @@ class _Maker:
             inner = f"{invocation.id}: {invocation.chart.name}"
             node = tree.add(self._line(inner, where, marks))
             own = [e for e in self.chart.events if e.invocation == invocation.index and e.finalize]
-            for told in dict.fromkeys(spell_block(event.finalize, self.chart) for event in own):
+            for told in dict.fromkeys(format_block(event.finalize, self.chart) for event in own):
                 node.add(Text(f"finalize: {told}"))
             within = _Maker(invocation.chart, self.origins, self.with_origin)
             within.states(node)
@@ -259,13 +262,13 @@ class _Maker:
 
     def _transition(self, transition: Transition) -> Text:
         chart = self.chart
-        told = spell_trigger(transition, chart)
+        told = format_trigger(transition, chart)
         if transition.guard is not None:
-            told += f" if {spell(transition.guard, chart.capacities.tick)}"
+            told += f" if {format_expression(transition.guard, chart.capacities.tick)}"
         if transition.targets:
             told += f" -> {', '.join(chart.states[t].id for t in transition.targets)}"
         if transition.content:
-            told += f" / {spell_block(transition.content, chart)}"
+            told += f" / {format_block(transition.content, chart)}"
         marks = keys.marks(transition, keys.carried(keys.TRANSITION, Transition))
         # an implied initial transition stands nowhere: its place is that of its state
         implied = transition.trigger is Trigger.INITIAL and (

@@ -201,10 +201,10 @@ class Printer(ExprPrinter):
         """Print an expression that cannot be evaluated."""
         return Fragment(f"{LINK}cannot({expr.reason!r})")
 
-    def watched(self, expr: lang.Watched | lang.Decided) -> Fragment:
+    def watched(self, expr: lang.CoveredCondition | lang.CoveredGuard) -> Fragment:
         """Print a counted condition, or a counted guard."""
         operand = self.fragment(expr.operand).text
-        if isinstance(expr, lang.Decided):
+        if isinstance(expr, lang.CoveredGuard):
             more = f", {expr.noted}" if expr.noted else ""
             return Fragment(f"{ME}_decided({operand}, {expr.counter}{more})")
         noted = f", {expr.bit}" if expr.bit >= 0 else ""

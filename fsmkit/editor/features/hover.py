@@ -22,7 +22,7 @@ from fsmkit.editor.cursor.keys_at import key_at
 from fsmkit.editor.features.outline import label_of
 from fsmkit.editor.index.chart_names import Declared
 from fsmkit.editor.index.symbols import Role, Symbol, SymbolKind
-from fsmkit.language import spell_value
+from fsmkit.language import format_value
 from fsmkit.language.statements.tree import DocField
 
 MOST_SHOWN = 12
@@ -204,7 +204,7 @@ def _type(context: Context, path: Path, symbol: Symbol, part: DocData) -> str:
 def _variable(chart: Chart, name: str) -> str | None:
     for data in (*chart.data, *chart.inputs, *chart.outputs):
         if data.name == name:
-            return f"{data.type} = {spell_value(data.init.value, data.init.type)}"
+            return f"{data.type} = {format_value(data.init.value, data.init.type)}"
     return None
 
 
@@ -215,7 +215,7 @@ def _value(context: Context, path: Path, symbol: Symbol) -> str:
         return ""
     for name, value in chart.constants:
         if name == symbol.name:
-            return f"value: `{spell_value(value.value, value.type)}` (`{value.type}`)"
+            return f"value: `{format_value(value.value, value.type)}` (`{value.type}`)"
     return ""
 
 

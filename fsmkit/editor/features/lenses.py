@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Span
 from fsmkit.editor.context import Context, uri_of
 from fsmkit.editor.index.files import Kind
 from fsmkit.editor.index.symbols import Role, Symbol, SymbolKind
-from fsmkit.language import ArrayType, DurationType, EnumType, IntType, spell_value
+from fsmkit.language import ArrayType, DurationType, EnumType, IntType, format_value
 
 SHOWN = (SymbolKind.STATE, SymbolKind.TRANSITION, SymbolKind.CONSTANT, SymbolKind.DATA)
 
@@ -150,7 +150,7 @@ def _constant(chart: Chart, name: str, written: object) -> str:
         return ""
     if isinstance(value.type, DurationType):
         return f"{value.value} ticks"
-    text = spell_value(value.value, value.type)
+    text = format_value(value.value, value.type)
     return "" if text == str(written) else text
 
 

@@ -100,7 +100,7 @@ def _keywords(document: Document) -> Iterator[tuple[int, int]]:
             | stmt.Log
             | stmt.If
             | stmt.ForEach
-            | stmt.Valued
+            | stmt.KeywordStatement
             | stmt.Super,
         ):
             span = part.span

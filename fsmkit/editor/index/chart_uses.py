@@ -273,7 +273,7 @@ class _Walker:
                 self.block(statement.body)
             case stmt.CallOperation(call=call):
                 reader.read(call)
-            case stmt.Valued(value=value):
+            case stmt.KeywordStatement(value=value):
                 hints = [
                     self.names.enumeration(self.names.types.get(e)) for e in reader.events or ()
                 ]

@@ -37,7 +37,7 @@ from fsmkit.export.uppaal.terms import (
 )
 from fsmkit.language.arithmetic import exact
 from fsmkit.language.statements.tree import statements
-from fsmkit.language.walk import EXPRESSIONS, fields_held, nodes, rebuilt, root
+from fsmkit.language.walk import EXPRESSIONS, child_fields, nodes, rewrite, root
 from fsmkit.verify.statespace.actions import Chooser
 
 MOST_LIMITS = 1 << 14
@@ -194,7 +194,7 @@ class Recorder(Chooser):
                 case _:
                     return None
 
-        return lang.fold(rebuilt(term.expr, change))
+        return lang.fold(rewrite(term.expr, change))
 
     def _type(self, at: int, name: str, node: lang.EventType) -> str:
         """Return the type of the current event; rejected if its name does not determine it."""
@@ -586,10 +586,10 @@ def _with_values(node: Any, values: Mapping[str, lang.Expr]) -> Any:
                 return None
 
     if node.__class__ in EXPRESSIONS:
-        return rebuilt(node, change)
+        return rewrite(node, change)
     if isinstance(node, tuple):
         return tuple(_with_values(part, values) for part in node)
-    held = fields_held(node.__class__)
+    held = child_fields(node.__class__)
     if not values or not held:
         return node
     return replace(node, **{name: _with_values(getattr(node, name), values) for name in held})
@@ -597,7 +597,7 @@ def _with_values(node: Any, values: Mapping[str, lang.Expr]) -> Any:
 
 def _without(expr: lang.Expr, convert: lang.Convert) -> lang.Expr:
     """Return an expression without conversions to a range that the value is in anyway."""
-    return rebuilt(expr, lambda node: convert.operand if node is convert else None)
+    return rewrite(expr, lambda node: convert.operand if node is convert else None)
 
 
 def term_of(expr: lang.Expr) -> Term:
@@ -612,7 +612,7 @@ def term_of(expr: lang.Expr) -> Term:
             return node
         return None
 
-    rebuilt(expr, look)
+    rewrite(expr, look)
     inside = list(nodes(expr))
     return Term(
         expr,

@@ -9,7 +9,7 @@ import fsmkit.language as lang
 from fsmkit.chart.analysis.ranges import raw_range
 from fsmkit.diagnostics import Span, fail
 from fsmkit.language.arithmetic import exact
-from fsmkit.language.conversion import bounds, of_type
+from fsmkit.language.conversion import bounds, integer_bounds
 from fsmkit.language.walk import parts, subexpressions
 
 LEAST, GREATEST = -(2**31), 2**31 - 1
@@ -51,7 +51,7 @@ def range_of_type(type_: lang.Type | None, place: Span | None) -> tuple[int, int
     """Return the minimum and maximum of a scalar type; symbols are numbered elsewhere."""
     if isinstance(type_, lang.ArrayType):
         type_ = type_.element
-    found = (0, GREATEST) if isinstance(type_, lang.SymbolType) else of_type(type_)
+    found = (0, GREATEST) if isinstance(type_, lang.SymbolType) else integer_bounds(type_)
     if found is None:
         raise unsupported(
             f"a value of type `{type_}` is not supported",

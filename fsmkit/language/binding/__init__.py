@@ -1,1 +1,1 @@
-"""From text to the typed tree: names are looked up, and every node gets its type and location."""
+"""Binding: look up names, and give every node of an expression its type and location."""

@@ -1,4 +1,4 @@
-"""What the parts of binding need of the whole: a recursion that types the operands of a node."""
+"""The interface between the parts of binding: a recursion that types the operands of a node."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from fsmkit.language.types import Type
 
 
 class Binder(Protocol):
-    """Types the nodes of one text. `fsmkit.language.binding.expressions` implements it."""
+    """Types the nodes of one expression. `fsmkit.language.binding.expressions` implements it."""
 
     @property
     def context(self) -> Context:
-        """The scope in which names are looked up, and the findings."""
+        """The scope for looking up names, and the findings."""
         ...
 
     @property
     def text(self) -> Text:
-        """The text that is read."""
+        """The source of the expression."""
         ...
 
     def span(self, node: Node) -> Span:
@@ -29,9 +29,9 @@ class Binder(Protocol):
         ...
 
     def value(self, node: Node, hint: Type | None = None) -> Expr | None:
-        """Type a node that must have a value; None after reporting an error."""
+        """Type a node that must have a value; return None after reporting an error."""
         ...
 
     def quotient(self, node: Node) -> Expr | None:
-        """Type ``a / b`` of integers as their truncating division; None for other nodes."""
+        """Type ``a / b`` of integers as truncating division; return None for other nodes."""
         ...

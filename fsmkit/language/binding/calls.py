@@ -1,7 +1,7 @@
 """Calls: ``In``, the functions of the language, and the operations of the host."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def bind_call(binder: Binder, node: CallNode) -> Expr | None:
 
 
 def _operation(binder: Binder, node: CallNode, name: str, signature: Signature) -> Expr | None:
-    arguments = _fitted(binder, node, name, signature.parameters)
+    arguments = _fit_arguments(binder, node, name, signature.parameters)
     if arguments is None:
         return None
     return Call(name, arguments, signature.result, binder.span(node))
@@ -72,37 +72,37 @@ def _operation(binder: Binder, node: CallNode, name: str, signature: Signature) 
 
 def _function(binder: Binder, node: CallNode, function: FunctionBody) -> Expr | None:
     parameters = tuple(Field(p.name, p.type) for p in function.parameters)
-    arguments = _fitted(binder, node, function.name, parameters)
+    arguments = _fit_arguments(binder, node, function.name, parameters)
     if arguments is None:
         return None
     return CallFunction(function, arguments, function.reads, function.result, binder.span(node))
 
 
-def _fitted(
-    binder: Binder, node: CallNode, name: str, wanted: tuple[Field, ...]
+def _fit_arguments(
+    binder: Binder, node: CallNode, name: str, parameters: tuple[Field, ...]
 ) -> tuple[Expr, ...] | None:
-    """Return the arguments of a call as values of the types that are wanted."""
-    if len(wanted) != len(node.arguments):
-        names = ", ".join(f"{p.name} {p.type}" for p in wanted)
+    """Return the arguments of a call, converted to the types of the parameters."""
+    if len(parameters) != len(node.arguments):
+        names = ", ".join(f"{p.name} {p.type}" for p in parameters)
         return binder.context.report(
             "wrong-arguments",
-            f"`{name}` takes {len(wanted)} arguments, not {len(node.arguments)}",
+            f"`{name}` takes {len(parameters)} arguments, not {len(node.arguments)}",
             binder.span(node),
             f"it is declared as `{name}({names})`",
         )
     arguments = []
-    for argument, parameter in zip(node.arguments, wanted, strict=True):
+    for argument, parameter in zip(node.arguments, parameters, strict=True):
         expr = binder.value(argument, parameter.type)
         fitted = None if expr is None else fit(binder.context, expr, parameter.type)
         if fitted is not None:
             arguments.append(fitted)
-    return tuple(arguments) if len(arguments) == len(wanted) else None
+    return tuple(arguments) if len(arguments) == len(parameters) else None
 
 
 def _in_state(binder: Binder, node: CallNode) -> Expr | None:
-    """Type ``In(state)``: of no state of the chart, and of a history, it is false in SCXML.
+    """Type ``In(state)``. It is false for an unknown state and for a history.
 
-    The configuration holds neither (SCXML 5.9.1 and 3.11: a history is a pseudo-state).
+    The configuration contains neither (SCXML 5.9.1 and 3.11: a history is a pseudo-state).
     """
     scope = binder.context.scope
     states = scope.states

@@ -1,7 +1,7 @@
-"""Conversions as written: ``int(e)``, ``ms(d)``, ``Fault(n)``, ``Percent(x)``, ``bool(n)``."""
+"""Explicit conversions: ``int(e)``, ``ms(d)``, ``Fault(n)``, ``Percent(x)``, ``bool(n)``."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from fsmkit.diagnostics import Severity
 from fsmkit.language import types
 from fsmkit.language.arithmetic import exact
-from fsmkit.language.conversion import bounds, convert, default_value, of_type
+from fsmkit.language.conversion import bounds, convert, default_value, integer_bounds
 from fsmkit.language.folding import fold
-from fsmkit.language.operators import described, integers
+from fsmkit.language.operators import describe_type, integers
 from fsmkit.language.scope import Scope
 from fsmkit.language.syntax import CallNode
 from fsmkit.language.tree import Binary, BinaryOp, Checked, Conditional, Convert, Expr, Literal
@@ -26,11 +26,11 @@ NUMBERS: dict[str, types.Type] = {
     "float32": types.FLOAT32,
     "float64": types.FLOAT64,
 }
-"""Types of numbers by their names, each of which converts."""
+"""Number types by name. Each name is also a conversion function."""
 
 
 def is_conversion(scope: Scope, name: str) -> bool:
-    """Whether a name is called to convert; names that the chart gives come before."""
+    """Return whether a call of `name` converts; declared names take precedence."""
     return name in ("int", "ms", "bool") or name in NUMBERS or name in scope.types
 
 
@@ -58,15 +58,15 @@ def bind_conversion(binder: Binder, node: CallNode, name: str) -> Expr | None:
         return _member(binder, node, operand, known)
     if isinstance(known, types.IntType | types.FloatType):
         return _nearest(binder, node, operand, known, name)
-    message = f"`{name}` converts nothing: it is no type of numbers and no enumeration"
+    message = f"`{name}` is not a conversion: it is neither a number type nor an enumeration"
     return binder.context.report("type-mismatch", message, binder.span(node))
 
 
-def _refused(binder: Binder, node: CallNode, operand: Expr, wanted: str) -> None:
+def _reject(binder: Binder, node: CallNode, operand: Expr, accepted: str) -> None:
     name = binder.text.value[node.callee.start : node.callee.end]
     binder.context.report(
         "type-mismatch",
-        f"`{name}` converts {wanted}, not {described(operand.type)}",
+        f"`{name}` converts {accepted}, not {describe_type(operand.type)}",
         operand.span,
         "write `int(...)` for the number of a member or of a duration"
         if isinstance(operand.type, types.EnumType | types.DurationType | types.BoolType)
@@ -75,7 +75,7 @@ def _refused(binder: Binder, node: CallNode, operand: Expr, wanted: str) -> None
 
 
 def _integer(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
-    """Type ``int(e)``: of a bool 0 or 1, of a member its number, of a duration its ticks."""
+    """Type ``int(e)``: 0 or 1 for a bool, the number of a member, the ticks of a duration."""
     span = binder.span(node)
     match operand.type:
         case types.IntType():
@@ -88,19 +88,19 @@ def _integer(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
         case types.EnumType() | types.DurationType():
             return _number(operand, node, binder)
         case _:
-            return _refused(binder, node, operand, "a number, a bool, a member or a duration")
+            return _reject(binder, node, operand, "a number, a bool, a member or a duration")
 
 
 def _number(operand: Expr, node: CallNode, binder: Binder) -> Expr:
-    span = of_type(operand.type)
+    span = integer_bounds(operand.type)
     assert span is not None  # noqa: S101  (of members and durations)
     return Convert(operand, types.IntType(*span, types.Overflow.NEAREST), binder.span(node), "int")
 
 
 def _milliseconds(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
-    """Type ``ms(d)``: whole milliseconds, less than the duration by less than one."""
+    """Type ``ms(d)``: whole milliseconds, rounded down."""
     if not isinstance(operand.type, types.DurationType):
-        return _refused(binder, node, operand, "a duration")
+        return _reject(binder, node, operand, "a duration")
     tick, span = binder.context.scope.tick, binder.span(node)
     found: Expr | None = _number(operand, node, binder)
     for op, factor in ((BinaryOp.MUL, tick), (BinaryOp.DIV, 1000)):
@@ -111,7 +111,7 @@ def _milliseconds(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
 
 
 def _truth(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
-    """Type ``bool(n)``: whether a number is not 0."""
+    """Type ``bool(n)``: true if the number is not 0."""
     match operand.type:
         case types.BoolType():
             return operand
@@ -123,16 +123,16 @@ def _truth(binder: Binder, node: CallNode, operand: Expr) -> Expr | None:
             span = binder.span(node)
             return Binary(BinaryOp.NE, operand, Literal(zero, type_, span), types.BOOL, span)
         case _:
-            return _refused(binder, node, operand, "a number")
+            return _reject(binder, node, operand, "a number")
 
 
 def _member(binder: Binder, node: CallNode, operand: Expr, type_: types.EnumType) -> Expr | None:
-    """Type ``Fault(n)``, or with a second member, which stands for all other numbers."""
+    """Type ``Fault(n)`` or ``Fault(n, member)``; the member is the result for all other numbers."""
     span = binder.span(node)
     if isinstance(operand.type, types.EnumType) and operand.type == type_:
         return operand
     if not isinstance(operand.type, types.IntType):
-        return _refused(binder, node, operand, "a whole number")
+        return _reject(binder, node, operand, "a whole number")
     otherwise = None
     if len(node.arguments) == 2:
         second = binder.value(node.arguments[1], type_)
@@ -142,7 +142,7 @@ def _member(binder: Binder, node: CallNode, operand: Expr, type_: types.EnumType
         if not isinstance(folded, Literal) or folded.type != type_:
             return binder.context.report(
                 "type-mismatch",
-                f"the second is no member of `{type_.name}`",
+                f"the second argument is not a member of `{type_.name}`",
                 second.span,
                 f"write such as `{type_.name}.{type_.members[0]}`",
             )
@@ -152,7 +152,7 @@ def _member(binder: Binder, node: CallNode, operand: Expr, type_: types.EnumType
         is_literal = isinstance(operand, Literal)
         binder.context.report(
             "value-out-of-range",
-            f"{described(operand.type)} is never the number of a member of `{type_.name}`",
+            f"{describe_type(operand.type)} is never the number of a member of `{type_.name}`",
             operand.span,
             f"the numbers are {', '.join(map(str, type_.numbers[:8]))}",
             Severity.ERROR if is_literal else Severity.WARNING,
@@ -165,9 +165,9 @@ def _member(binder: Binder, node: CallNode, operand: Expr, type_: types.EnumType
 def _nearest(
     binder: Binder, node: CallNode, operand: Expr, type_: types.IntType | types.FloatType, name: str
 ) -> Expr | None:
-    """Type ``Percent(x)``: what storing does, silently."""
+    """Type ``Percent(x)``: convert as storing does, without ``error.range``."""
     if not isinstance(operand.type, types.IntType | types.FloatType):
-        return _refused(binder, node, operand, "a number")
+        return _reject(binder, node, operand, "a number")
     if isinstance(type_, types.IntType):
         lo, hi, overflow = bounds(type_)
         is_wrapping = overflow is types.Overflow.WRAP

@@ -1,6 +1,6 @@
-"""What only ECMAScript can ask, as far as it is decided when compiling.
+"""Expressions that only ECMAScript has, decided at compile time where possible.
 
-System variables (SCXML 5.10), whether something is defined, and what counts as true.
+These are system variables (SCXML 5.10), tests whether a name is defined, and the truth of values.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from fsmkit.language.scope import Scope
 
 EVENT_FIELDS = ("name", "type", "sendid", "origin", "origintype", "invokeid", "data")
-"""The properties that every ``_event`` has (SCXML 5.10.1)."""
+"""The properties of every ``_event`` (SCXML 5.10.1)."""
 WHOLE_PAYLOAD = "data"
-"""The field that holds a payload which is one value: that of ``content`` (SCXML 5.6)."""
+"""The field that holds a payload of one value, as ``content`` sends it (SCXML 5.6)."""
 SEND_ID = "_sendid"
-"""The field that holds the id of what was sent, in a chart that asks for ``_event.sendid``."""
+"""The field that holds the id of a sent event, in a chart that reads ``_event.sendid``."""
 PROCESSOR = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
 PROCESSORS = ("scxml", PROCESSOR)
 SESSION = "_sessionid"
@@ -30,17 +30,17 @@ NOTHING = ("undefined", "null")
 
 
 def flag_of(name: str) -> str:
-    """Return the name of the variable that tells whether another has been given a value."""
+    """Return the name of the variable that records whether `name` has a value."""
     return f"bound_{name}"
 
 
 def location_of_session(session: str) -> str:
-    """Return the target under which a session reaches itself (SCXML C.1)."""
+    """Return the target through which a session sends to itself (SCXML C.1)."""
     return f"#_scxml_{session}"
 
 
 def truth(expr: tree.Expr) -> tree.Expr:
-    """Return what a value counts as in a condition; itself where nothing is sure."""
+    """Return the truth value of an expression, or `expr` itself if it is not decided."""
     match expr.type:
         case types.IntType():
             zero = tree.Literal(0, exact(0, 0), expr.span)
@@ -71,7 +71,7 @@ def truth(expr: tree.Expr) -> tree.Expr:
 def bind_truth(
     binder: Binder, node: syntax.Node, hint: types.Type | None = None
 ) -> tree.Expr | None:
-    """Type what is only asked for its truth: there a payload of several fields is an object."""
+    """Type an operand of which only the truth counts. A payload of several fields is an object."""
     match node:
         case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data") if (
             binder.context.is_ecmascript
@@ -84,7 +84,7 @@ def bind_truth(
 
 
 def bind_comparison(binder: Binder, node: syntax.BinaryNode) -> tree.Expr | None:
-    """Type ``typeof x == '...'`` and ``x == undefined``; None where it is neither."""
+    """Type ``typeof x == '...'`` and ``x == undefined``; return None for other comparisons."""
     for asked, answer in ((node.left, node.right), (node.right, node.left)):
         found: tree.Expr | None = None
         match asked, answer:
@@ -123,7 +123,7 @@ def _is_known(binder: Binder, name: str) -> bool:
 
 
 def _kind(type_: types.Type) -> str:
-    """Return what ``typeof`` says of the values of a type."""
+    """Return the ``typeof`` string for the values of a type."""
     match type_:
         case types.BoolType():
             return "boolean"
@@ -136,7 +136,7 @@ def _kind(type_: types.Type) -> str:
 
 
 def _is_defined(binder: Binder, node: syntax.Node, span: Span) -> tree.Expr | None:
-    """Return whether something has a value, None where that is not known when compiling."""
+    """Return whether a node has a value; None if that is not known at compile time."""
     scope = binder.context.scope
     match node:
         case syntax.NameNode(name=name) if flag_of(name) in scope.variables:
@@ -180,7 +180,7 @@ def _not(expr: tree.Expr) -> tree.Expr:
 
 
 def join(left: tree.Expr, right: tree.Expr, span: Span) -> tree.Expr | None:
-    """Return two strings that are known, or one and a whole number, as one string."""
+    """Return the concatenation of two constant strings, or of a string and a constant integer."""
     parts = fold(left), fold(right)
     if types.SYMBOL not in (left.type, right.type):
         return None
@@ -194,7 +194,7 @@ def join(left: tree.Expr, right: tree.Expr, span: Span) -> tree.Expr | None:
 
 
 def event_as_value(context: Context, span: Span) -> tree.Expr:
-    """Return ``_event`` as something to keep and compare: its name, which is told."""
+    """Return ``_event`` as a value: the name of the event, with a finding."""
     context.report(
         "event-as-name",
         "`_event` as a value is the name of the event",
@@ -205,7 +205,7 @@ def event_as_value(context: Context, span: Span) -> tree.Expr:
 
 
 def bind_relation(binder: Binder, node: syntax.BinaryNode) -> tree.Expr | None:
-    """Type ``'name' in _event`` and ``x instanceof Array``; None where it is neither."""
+    """Type ``'name' in _event`` and ``x instanceof Array``; return None for other relations."""
     span = binder.span(node)
     match node:
         case syntax.BinaryNode(
@@ -224,7 +224,7 @@ def bind_relation(binder: Binder, node: syntax.BinaryNode) -> tree.Expr | None:
 
 
 def bind_system(binder: Binder, node: syntax.Node) -> tree.Expr | None:
-    """Type a system variable or a part of one; None for other nodes, or if it is not known here."""
+    """Type a system variable or a part of one; return None for other nodes or unknown values."""
     scope, span = binder.context.scope, binder.span(node)
     session = scope.constants.get(SESSION)
     if session is None:

@@ -1,7 +1,7 @@
-"""Names looked up and nodes typed: from `syntax.Node` to `tree.Expr`."""
+"""Binding of expressions: from `syntax.Node` to `tree.Expr`."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from fsmkit.language.operators import (
     EQUALITY,
     LOGIC,
     ORDER,
-    described,
+    describe_type,
     integers,
     type_binary,
     type_conditional,
@@ -48,14 +48,14 @@ FOREIGN_OPERATORS = {
     "//": "write `/`: the division of integers truncates",
     "typeof": "the types of all data are known when compiling",
     "new": "declare the data with its type",
-    "void": "leave it out",
+    "void": "remove it",
     "instanceof": "the types of all data are known when compiling",
     "in": "compare with each value, or declare an operation",
     "++": "assign in the content of a transition: an expression changes nothing",
     "--": "assign in the content of a transition: an expression changes nothing",
 }
-SPELT = {">>>": ">>", "//": "/"}
-"""Foreign operators that have another spelling here."""
+EQUIVALENTS = {">>>": ">>", "//": "/"}
+"""Operators of other languages, and the operator with the same meaning here."""
 FOREIGN_NAMES = {
     "undefined": "every variable has a value from the start: compare with a value of its type",
     "null": "every variable has a value from the start: compare with a value of its type",
@@ -69,17 +69,17 @@ FOREIGN_NAMES = {
 
 @dataclass(frozen=True, slots=True)
 class ExpressionBinder:
-    """Types the nodes of one text; implements `fsmkit.language.binding.binder.Binder`."""
+    """Types the nodes of one expression; implements `fsmkit.language.binding.binder.Binder`."""
 
     context: Context
     text: Text
 
     def span(self, node: syntax.Node) -> Span:
-        """Return the place of a node."""
+        """Return the location of a node."""
         return self.text.span_of(node.start, node.end)
 
     def bind(self, node: syntax.Node, hint: types.Type | None) -> tree.Expr | None:
-        """Type a node. ``hint`` is the type wanted: only bare members of an enumeration ask."""
+        """Type a node. ``hint`` is the expected type, which only a bare enumeration member uses."""
         match node:
             case syntax.NameNode():
                 return self._name(node, hint)
@@ -112,8 +112,8 @@ class ExpressionBinder:
                 return type_conditional(self.context, test, then, otherwise, self.span(node))
             case syntax.ElementNode():
                 return self._element(node)
-            case syntax.MemberNode() if (path := self._copied(node)) is not None:
-                return self._of_copy(path, node)
+            case syntax.MemberNode() if (path := self._copy_path(node)) is not None:
+                return self._copy_member(path, node)
             case syntax.MemberNode():
                 return self._member(node)
             case syntax.CallNode():
@@ -147,7 +147,7 @@ class ExpressionBinder:
             return event_as_value(self.context, span)
         if name in ("event", "_event"):
             advice = f"name a field: `{name}.field`"
-            return self.context.report("type-mismatch", "an event is no value", span, advice)
+            return self.context.report("type-mismatch", "an event is not a value", span, advice)
         system = bind_system(self, node) if self.context.is_ecmascript else None
         if system is not None:
             return system
@@ -158,19 +158,19 @@ class ExpressionBinder:
             return self.context.report("outside-language", message, span, FOREIGN_NAMES[name])
         return report_unknown(self.context, name, span, hint)
 
-    def _copied(self, node: syntax.Node) -> str | None:
-        """Return the dotted name of what may lie in a copy; None for all else."""
+    def _copy_path(self, node: syntax.Node) -> str | None:
+        """Return the dotted name of a possible part of a copy; None for other nodes."""
         scope = self.context.scope
         match node:
             case syntax.NameNode(name=name) if scope.copies and scope.is_copy(name):
                 return name
             case syntax.MemberNode(base=base, name=name) if (
-                path := self._copied(base)
+                path := self._copy_path(base)
             ) is not None:
                 is_whole = path in scope.copies
                 return None if is_whole else f"{path}.{name}"
             case syntax.ElementNode(base=base, index=index) if (
-                path := self._copied(base)
+                path := self._copy_path(base)
             ) is not None:
                 if path in scope.copies:
                     return None
@@ -180,8 +180,8 @@ class ExpressionBinder:
             case _:
                 return None
 
-    def _of_copy(self, path: str, node: syntax.Node) -> tree.Expr | None:
-        """Return what is read of a copy."""
+    def _copy_member(self, path: str, node: syntax.Node) -> tree.Expr | None:
+        """Type the variable or constant of a copy at a dotted name."""
         scope, span = self.context.scope, self.span(node)
         found = scope.copies.get(path)
         if found is not None:
@@ -189,9 +189,9 @@ class ExpressionBinder:
         known = tuple(scope.copies)
         otherwise = None
         if path in scope.states:
-            otherwise = f"it is a state: ask whether it is active: `In({path})`"
+            otherwise = f"it is a state: test whether it is active: `In({path})`"
         advice = otherwise or suggest(
-            path, known, "only variables and constants are read of a copy"
+            path, known, "a chart reads only variables and constants of a copy"
         )
         return self.context.report("unknown-name", f"unknown name `{path}`", span, advice)
 
@@ -226,7 +226,7 @@ class ExpressionBinder:
             return type_unary(self.context, tree.UnaryOp(node.op), operand, self.span(node))
         if isinstance(operand.type, types.IntType | types.FloatType):
             return with_span(operand, self.span(node))
-        message = f"`+` does not apply to {described(operand.type)}"
+        message = f"`+` does not apply to {describe_type(operand.type)}"
         return self.context.report("type-mismatch", message, self.span(node))
 
     def _pair(
@@ -256,7 +256,7 @@ class ExpressionBinder:
             message = f"`{node.op}` is outside the language"
             at = self.text.span_of(node.op_start, node.op_end)
             advice = FOREIGN_OPERATORS[node.op]
-            fixes = replace_text(at, SPELT[node.op]) if node.op in SPELT else ()
+            fixes = replace_text(at, EQUIVALENTS[node.op]) if node.op in EQUIVALENTS else ()
             return self.context.report("outside-language", message, at, advice, fixes=fixes)
         op = tree.BinaryOp(node.op)
         if op in EQUALITY or op in ORDER:
@@ -266,7 +266,7 @@ class ExpressionBinder:
                     "a comparison of a comparison",
                     span,
                     "join two comparisons with `and`, or put parentheses",
-                    fixes=self._joined(node),
+                    fixes=self._join_comparisons(node),
                 )
             left, right = self._pair(node.left, node.right, None)
         else:
@@ -285,13 +285,13 @@ class ExpressionBinder:
         return type_binary(self.context, op, left, right, span)
 
     def _integer_quotient(self, node: syntax.Node, left: tree.Expr, right: tree.Expr) -> tree.Expr:
-        """Return ``a / b`` of ``(a / b) | 0`` as the integer division that is meant."""
+        """Type ``a / b`` of ``(a / b) | 0`` as integer division."""
         if not isinstance(right, tree.Literal) or right.value != 0:
             return left
         return self.quotient(node) or left
 
     def quotient(self, node: syntax.Node) -> tree.Expr | None:
-        """Type ``a / b`` of integers as their truncating division, None where it is not that."""
+        """Type ``a / b`` of integers as truncating division; return None for other nodes."""
         if not isinstance(node, syntax.BinaryNode) or node.op != "/":
             return None
         a, b = self.value(node.left), self.value(node.right)
@@ -301,7 +301,7 @@ class ExpressionBinder:
             return None
         return integers(self.context, tree.BinaryOp.DIV, a, b, self.span(node))
 
-    def _joined(self, node: syntax.BinaryNode) -> tuple[Fix, ...]:
+    def _join_comparisons(self, node: syntax.BinaryNode) -> tuple[Fix, ...]:
         """Return the fix that writes ``a < b and b < c`` for ``a < b < c``."""
         if not isinstance(node.left, syntax.BinaryNode):
             return ()
@@ -312,7 +312,7 @@ class ExpressionBinder:
 
     @staticmethod
     def _is_chained(node: syntax.BinaryNode) -> bool:
-        """Whether ``a < b < c`` stands here without parentheses: C and Python differ on it."""
+        """Return whether the node is ``a < b < c``, which C and Python read differently."""
         spellings = {op.value for op in (*EQUALITY, *ORDER)}
         return any(
             isinstance(side, syntax.BinaryNode)
@@ -332,13 +332,13 @@ class ExpressionBinder:
         if base is None or index is None:
             return None
         if not isinstance(base, tree.Variable) or not isinstance(base.type, types.ArrayType):
-            message = f"{described(base.type)} has no elements"
+            message = f"{describe_type(base.type)} has no elements"
             if isinstance(base.type, types.ArrayType):
                 message = "only an array that is a variable has elements"
             advice = "declare an array: `uint8[4]`"
             return self.context.report("type-mismatch", message, base.span, advice)
         if not isinstance(index.type, types.IntType):
-            message = f"an index must be a whole number, not {described(index.type)}"
+            message = f"an index must be a whole number, not {describe_type(index.type)}"
             return self.context.report("type-mismatch", message, index.span)
         length = base.type.length
         if index.type.hi < 0 or index.type.lo >= length:
@@ -358,7 +358,7 @@ class ExpressionBinder:
             return system
         match node.base:
             case syntax.NameNode(name="event" | "_event") if not self._is_variable(node.base):
-                return self._of_event(node, at)
+                return self._event_property(node, at)
             case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="data"):
                 return self._event_field(name, span, at)
             case syntax.NameNode(name=type_name) if not self._is_variable(node.base):
@@ -386,7 +386,7 @@ class ExpressionBinder:
             return self.context.report("unknown-name", message, at, suggest(name, names, known))
         if isinstance(base.type, types.ArrayType) and name == "length":
             return tree.Literal(base.type.length, exact(base.type.length, base.type.length), span)
-        message = f"{described(base.type)} has no field `{name}`"
+        message = f"{describe_type(base.type)} has no field `{name}`"
         advice = "declare a record type"
         if isinstance(base.type, types.FloatType) and name in MICROSECONDS:
             written = self.text.value[node.base.start : node.base.end].rstrip(".")
@@ -396,7 +396,7 @@ class ExpressionBinder:
     def _is_variable(self, node: syntax.NameNode) -> bool:
         return self._is_known(node.name)
 
-    def _of_event(self, node: syntax.MemberNode, at: Span) -> tree.Expr | None:
+    def _event_property(self, node: syntax.MemberNode, at: Span) -> tree.Expr | None:
         is_plain = isinstance(node.base, syntax.NameNode) and node.base.name == "event"
         fields = self.context.scope.event_fields
         if is_plain and (node.name != "name" or "name" in (fields or {})):

@@ -1,19 +1,19 @@
-"""Expressions converted to the type that their context expects, or rejected with advice."""
+"""Conversion of expressions to the expected type, or rejection with advice."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
 from fsmkit.diagnostics import Severity
 from fsmkit.language import tree, types
 from fsmkit.language.arithmetic import exact
-from fsmkit.language.conversion import bounds, can_convert, convert, filled, whole
+from fsmkit.language.conversion import bounds, can_convert, convert, fill_array, truncate
 from fsmkit.language.durations import duration_of
 from fsmkit.language.folding import fold
-from fsmkit.language.format import spell
+from fsmkit.language.format import format_expression
 from fsmkit.language.names import Context
-from fsmkit.language.operators import compared, described
+from fsmkit.language.operators import comparison_advice, describe_type
 
 
 def has_value(context: Context, expr: tree.Expr) -> bool:
@@ -31,7 +31,7 @@ def has_value(context: Context, expr: tree.Expr) -> bool:
 
 
 def fit(context: Context, expr: tree.Expr, expected: types.Type) -> tree.Expr | None:
-    """Return an expression converted to the type that is expected where it stands."""
+    """Return an expression converted to the expected type, or None after reporting a mismatch."""
     if not has_value(context, expr):
         return None
     source = expr.type
@@ -47,9 +47,9 @@ def fit(context: Context, expr: tree.Expr, expected: types.Type) -> tree.Expr | 
     if not can_convert(source, expected):
         return context.report(
             "type-mismatch",
-            f"{described(source)} where {described(expected)} is expected",
+            f"{describe_type(source)} where {describe_type(expected)} is expected",
             expr.span,
-            _way_out(source, expected, expr),
+            _conversion_advice(source, expected, expr),
         )
     if isinstance(expected, types.IntType):
         if context.is_ecmascript and isinstance(source, types.FloatType) and not _is_whole(expr):
@@ -70,7 +70,7 @@ def _may_fit(context: Context, expr: tree.Expr, expected: types.IntType) -> bool
     is_literal = isinstance(expr, tree.Literal)
     context.report(
         "value-out-of-range",
-        f"{described(source)} is never within `{expected}`",
+        f"{describe_type(source)} is never within `{expected}`",
         expr.span,
         f"keep it within {lo}..{hi}, or widen the range",
         Severity.ERROR if is_literal else Severity.WARNING,
@@ -87,7 +87,7 @@ def _fit_array(
         item = _constant(context, expr, expected.element)
         if item is None:
             return None
-        return tree.Literal(filled(item.value, expected.length), expected, expr.span)
+        return tree.Literal(fill_array(item.value, expected.length), expected, expr.span)
     if isinstance(expr, tree.Literal) and isinstance(source, types.ArrayType):
         assert isinstance(expr.value, tuple)  # noqa: S101
         if source.length != expected.length:
@@ -103,7 +103,9 @@ def _fit_array(
             values.append(item.value)
         return tree.Literal(tuple(values), expected, expr.span)
     return context.report(
-        "type-mismatch", f"{described(source)} where {described(expected)} is expected", expr.span
+        "type-mismatch",
+        f"{describe_type(source)} where {describe_type(expected)} is expected",
+        expr.span,
     )
 
 
@@ -115,7 +117,7 @@ def _constant(context: Context, expr: tree.Literal, type_: types.Type) -> tree.L
     if isinstance(folded, tree.Literal):
         return folded
     if len(context.findings) == before:
-        message = f"{spell(expr)} is no value of `{type_}`"
+        message = f"{format_expression(expr)} is not a value of `{type_}`"
         context.report("type-mismatch", message, expr.span)
     return None
 
@@ -137,11 +139,11 @@ def _duration_literal(context: Context, expr: tree.Literal) -> tree.Expr | None:
     if expr.type == types.SYMBOL or isinstance(expr.type, types.IntType | types.FloatType):
         ticks = duration_of(context, str(expr.value), expr.span)
     else:
-        context.report("type-mismatch", f"{described(expr.type)} is no duration", expr.span)
+        context.report("type-mismatch", f"{describe_type(expr.type)} is not a duration", expr.span)
     return None if ticks is None else tree.Literal(ticks, types.DURATION, expr.span)
 
 
-def _way_out(source: types.Type, expected: types.Type, expr: tree.Expr) -> str | None:
+def _conversion_advice(source: types.Type, expected: types.Type, expr: tree.Expr) -> str | None:
     match source, expected:
         case (types.IntType(), types.BoolType()) if isinstance(
             expr, tree.Literal
@@ -152,13 +154,13 @@ def _way_out(source: types.Type, expected: types.Type, expr: tree.Expr) -> str |
         case (types.IntType() | types.FloatType(), types.DurationType()):
             return "give the number a unit, such as `500ms`"
         case (types.IntType() | types.FloatType(), types.BoolType()):
-            return "write the comparison that is meant, such as `!= 0`"
+            return "write a comparison, such as `!= 0`"
         case (types.BoolType(), types.IntType() | types.FloatType()):
             return "write `1 if ... else 0`"
         case (types.DurationType(), types.IntType() | types.FloatType()):
             return "divide it by a duration, such as `/ 1ms`, to get a number"
         case (types.EnumType(), types.BoolType()):
-            return compared(source)
+            return comparison_advice(source)
         case (types.EnumType(), types.IntType() | types.FloatType()):
             return "write its number: `int(...)`"
         case (
@@ -171,14 +173,14 @@ def _way_out(source: types.Type, expected: types.Type, expr: tree.Expr) -> str |
         case (types.ArrayType(), _):
             return "take an element: `[0]`"
         case _:
-            return f"give it a value of {described(expected)}"
+            return f"give it a value of {describe_type(expected)}"
 
 
 def _is_whole(expr: tree.Expr) -> bool:
-    """Whether a constant is a whole number, so that storing it as an integer loses nothing."""
+    """Return whether a constant is a whole number, so that an integer stores it exactly."""
     if not isinstance(expr, tree.Literal) or not isinstance(expr.value, float):
         return False
-    return abs(expr.value) < 2**53 and expr.value == whole(expr.value, 0, 0)
+    return abs(expr.value) < 2**53 and expr.value == truncate(expr.value, 0, 0)
 
 
 def _truncation(context: Context, expr: tree.Expr, expected: types.IntType) -> None:

@@ -1,7 +1,7 @@
 """Numbers and arrays of constants."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.diagnostics import Span
 from fsmkit.language.arithmetic import exact, representable
 from fsmkit.language.conversion import convert
 from fsmkit.language.names import Context
-from fsmkit.language.operators import common_type, described
+from fsmkit.language.operators import common_type, describe_type
 from fsmkit.language.syntax import ArrayNode, NumberNode
 from fsmkit.language.tree import Expr, Literal
 from fsmkit.language.types import FLOAT64, ArrayType, FloatType, Type
@@ -25,7 +25,7 @@ OCTAL = re.compile(r"0\d+")
 
 
 def bind_number(context: Context, node: NumberNode, span: Span) -> Expr | None:
-    """Type a number; report what does not fit 64 bits and what may be meant as octal."""
+    """Type a number; report one that does not fit 64 bits or that looks octal."""
     digits = node.digits.lower()
     if len(digits) > 400:
         message = "the number has more than 400 digits"
@@ -39,7 +39,7 @@ def bind_number(context: Context, node: NumberNode, span: Span) -> Expr | None:
         if OCTAL.fullmatch(digits) and digits.strip("0"):
             return context.report(
                 "expression-syntax",
-                f"`{digits}` may be meant as octal",
+                f"`{digits}` looks octal, but is decimal",
                 span,
                 f"write `{digits.lstrip('0')}`, or `0o{digits.lstrip('0')}` for octal",
             )
@@ -53,7 +53,7 @@ def bind_number(context: Context, node: NumberNode, span: Span) -> Expr | None:
 
 
 def bind_array(binder: Binder, node: ArrayNode, hint: Type | None) -> Expr | None:
-    """Type an array of constants; a whole of its own, or made for the array type ``hint``."""
+    """Type an array of constants: standalone, or as a value of the array type ``hint``."""
     context = binder.context
     wanted = hint.element if isinstance(hint, ArrayType) else None
     type_: Type | None = None
@@ -69,7 +69,7 @@ def bind_array(binder: Binder, node: ArrayNode, hint: Type | None) -> Expr | Non
         values.append(item)
         type_ = item.type if type_ is None else common_type(type_, item.type)
         if type_ is None:
-            message = f"{described(item.type)} among elements of another type"
+            message = f"{describe_type(item.type)} among elements of another type"
             return context.report("type-mismatch", message, item.span)
     if type_ is None:
         message = "an array needs at least one element"

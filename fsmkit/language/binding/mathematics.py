@@ -1,11 +1,11 @@
-"""``min``, ``max``, ``abs``, and ``Math`` of ECMAScript as far as it is exact (ECMA-262, 21.3.2).
+"""``min``, ``max``, ``abs``, and ``Math`` of ECMAScript where it is exact (ECMA-262, 21.3.2).
 
-Of constants every function below is evaluated when compiling. Of others only what integers answer
-exactly: no machine needs a library of floating-point functions.
+With constant arguments, every function below is evaluated at compile time. With variables, only
+functions with an exact integer result are supported, so no machine needs a floating-point library.
 """
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fsmkit.language import tree
 from fsmkit.language.arithmetic import exact, representable
 from fsmkit.language.folding import fold
 from fsmkit.language.operators import (
-    described,
+    describe_type,
     type_apply,
     type_binary,
     type_conditional,
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 ROUNDING = ("floor", "ceil", "round", "trunc")
 MATH = (*ROUNDING, "sign", "pow", *(function.value for function in tree.Function))
-"""What is known of ``Math``."""
+"""The supported names of ``Math``."""
 MOST_FACTORS = 8
-"""The greatest exponent for which a power is written as a product."""
+"""The greatest exponent that is expanded to a product."""
 LARGEST_EXACT = 2**53
-"""Below it a float holds every whole number."""
+"""A float holds every whole number below it."""
 
 
 def apply(binder: Binder, node: CallNode, function: tree.Function) -> tree.Expr | None:
@@ -69,7 +69,7 @@ def bind_math(binder: Binder, node: CallNode, name: str) -> tree.Expr | None:
         return _power(binder, arguments, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, IntType):
         return arguments[0] if name in ROUNDING else _sign(binder, arguments[0], span)
-    what = described(arguments[0].type) if len(arguments) == 1 else f"{len(arguments)} operands"
+    what = describe_type(arguments[0].type) if len(arguments) == 1 else f"{len(arguments)} operands"
     return binder.context.report(
         "outside-language",
         f"`Math.{name}` of {what} is outside the language",
@@ -84,11 +84,11 @@ def _arguments(binder: Binder, node: CallNode) -> tuple[tree.Expr, ...] | None:
     return values if len(values) == len(found) else None
 
 
-# --- of constants ---------------------------------------------------------------------------------
+# --- constant arguments ---------------------------------------------------------------------------
 
 
 def _constant(name: str, arguments: tuple[tree.Expr, ...], span: Span) -> tree.Literal | None:
-    """Return the value of a function of constants; None where it is no finite number."""
+    """Return the value of a function of constants; None if it is not a finite number."""
     values: list[int | float] = []
     for argument in arguments:
         known = fold(argument)
@@ -98,7 +98,7 @@ def _constant(name: str, arguments: tuple[tree.Expr, ...], span: Span) -> tree.L
         values.append(known.value)
     try:
         value = evaluate(name, values)
-    except (ArithmeticError, ValueError):  # what is no number in ECMAScript, or infinite
+    except (ArithmeticError, ValueError):  # NaN in ECMAScript, or infinite
         return None
     if value is None or not math.isfinite(value):
         return None
@@ -112,7 +112,7 @@ def _constant(name: str, arguments: tuple[tree.Expr, ...], span: Span) -> tree.L
 def evaluate(name: str, values: list[int | float]) -> int | float | None:
     """Return the value of a function of ``Math``; None if it takes other operands.
 
-    ``round`` goes up from the middle (ECMA-262, 21.3.2.28), unlike Python's.
+    ``round`` rounds halves up (ECMA-262, 21.3.2.28), unlike Python's.
     """
     match name, values:
         case "floor", [x]:
@@ -140,18 +140,18 @@ def evaluate(name: str, values: list[int | float]) -> int | float | None:
             return None
 
 
-# --- of what is known at run time -----------------------------------------------------------------
+# --- arguments known at run time ------------------------------------------------------------------
 
 
 def _rounded_quotient(
     binder: Binder, quotient: tree.Binary, name: str, span: Span
 ) -> tree.Expr | None:
-    """Type a rounded ``a / b`` of integers: the truncated quotient, and perhaps one more or less.
+    """Type a rounded ``a / b`` of integers: the truncated quotient, plus or minus one where needed.
 
-    The remainder ``r`` has the sign of ``a``: floor is one less where ``r`` is not 0 and its sign
-    is not that of ``b``, ceil one more where it is. To round goes up from the middle: from the
-    floor, where the rest of that, which has the sign of ``b``, is at least half of ``b``. Nothing
-    is doubled, so nothing can overflow.
+    The remainder ``r`` has the sign of ``a``. Floor is one less if ``r`` is not 0 and has the other
+    sign than ``b``. Ceil is one more if ``r`` is not 0 and has the sign of ``b``. Round adds one to
+    the floor if the remainder of the floor is at least half of ``b``. No operand is doubled, so
+    nothing overflows.
     """
     left, right = quotient.left, quotient.right
     assert isinstance(left.type, IntType)  # noqa: S101
@@ -185,7 +185,7 @@ def _rounded_quotient(
 
 @dataclass(frozen=True, slots=True)
 class _Typed:
-    """Builds typed expressions at one place; what is missing stays missing."""
+    """Builds typed expressions at one location. An operand None gives None."""
 
     context: Context
     span: Span
@@ -200,27 +200,30 @@ class _Typed:
     def chosen(
         self, test: tree.Expr | None, then: tree.Expr | None, otherwise: tree.Expr | None
     ) -> tree.Expr | None:
-        """Return one of two values."""
+        """Return a conditional expression."""
         if test is None or then is None or otherwise is None:
             return None
         return type_conditional(self.context, test, then, otherwise, self.span)
 
     def number(self, value: int) -> tree.Literal:
-        """Return a number."""
+        """Return a number literal."""
         return tree.Literal(value, exact(value, value), self.span)
 
     @property
     def false(self) -> tree.Literal:
-        """Return what is false."""
+        """Return the literal ``false``."""
         return tree.Literal(False, BOOL, self.span)
 
 
 def _sign(binder: Binder, operand: tree.Expr, span: Span) -> tree.Expr | None:
-    """Type ``Math.sign(n)`` of an integer, which is asked twice and so must not be called."""
+    """Type ``Math.sign(n)`` of an integer.
+
+    The result evaluates ``n`` twice, so ``n`` must not call.
+    """
     if _calls(operand):
         return binder.context.report(
             "outside-language",
-            "`Math.sign` of what an operation returns is outside the language",
+            "`Math.sign` of the result of an operation is outside the language",
             span,
             "store it in a variable first",
         )
@@ -247,7 +250,7 @@ def _calls(expr: tree.Expr) -> bool:
 
 
 def _power(binder: Binder, values: tuple[tree.Expr, ...], span: Span) -> tree.Expr | None:
-    """Type ``Math.pow(x, 3)`` as ``x * x * x``: an integer stays one, as with ``*``."""
+    """Type ``Math.pow(x, 3)`` as ``x * x * x``; an integer stays an integer, as with ``*``."""
     match values:
         case (
             (tree.Variable() | tree.Literal() | tree.EventField()) as base,

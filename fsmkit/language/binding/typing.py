@@ -1,7 +1,7 @@
-"""From text to the typed tree: names bound, every node given its type and place."""
+"""Typing of the expressions of a chart: values, conditions, locations and calls."""
 
 # mypy: disable-error-code="func-returns-value"
-# (`return context.report(...)` reports and gives up)
+# (`return context.report(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -17,9 +17,17 @@ from fsmkit.language.binding.expressions import ExpressionBinder
 from fsmkit.language.binding.fitting import fit, has_value
 from fsmkit.language.names import Context
 from fsmkit.language.operators import type_binary
-from fsmkit.language.placing import detached, placed
+from fsmkit.language.relocation import detach, relocate
 from fsmkit.language.scope import Scope
-from fsmkit.language.syntax import CallNode, MemberNode, NameNode, Node, SyntaxFault, changed, parse
+from fsmkit.language.syntax import (
+    CallNode,
+    MemberNode,
+    NameNode,
+    Node,
+    SyntaxFault,
+    map_leaves,
+    parse,
+)
 from fsmkit.language.types import (
     BOOL,
     Type,
@@ -34,19 +42,17 @@ def type_expression(
     *,
     hint: Type | None = None,
 ) -> tree.Expr | None:
-    """Read and type an expression; with ``expected`` it is converted to exactly that type.
+    """Read and type an expression; with ``expected``, convert it to exactly that type.
 
-    With ``hint`` only a bare member of an enumeration is one of that type.
-
-    None where something is wrong: then there is at least one finding, with its place.
+    ``hint`` is the type of a bare enumeration member. Return None after at least one finding.
     """
     context = Context(scope, findings)
     try:
-        expr = _bound(text, context, expected or hint)
+        expr = _bind(text, context, expected or hint)
         if expr is None or expected is None:
             return expr if expr is None or has_value(context, expr) else None
         return fit(context, expr, expected)
-    except RecursionError:  # the tree is bounded, what stands above this call is not
+    except RecursionError:  # the tree is bounded, the stack of the caller is not
         return context.report("expression-too-deep", "the expression nests too deeply", text)
 
 
@@ -60,17 +66,17 @@ def type_truth(text: Text, scope: Scope, findings: Findings) -> tree.Expr | None
 
 
 def type_location(text: Text, scope: Scope, findings: Findings) -> tree.Location | None:
-    """Read and type what an assignment writes: data or an output, or a part of one."""
+    """Read and type the left side of an assignment: data or an output, or a part of one."""
     context = Context(scope, findings)
     first = FIRST.match(text.value)
     if first is not None and scope.copies and scope.is_copy(first[1]):
         return context.report(
             "assignment-into-copy",
-            f"`{text}` lies in a copy, and only the copy writes it",
+            f"`{text}` belongs to a copy, and only the copy writes it",
             text,
             "send the copy an event, or bind the variable to one of this chart",
         )
-    expr = _bound(text, context, is_location=True)
+    expr = _bind(text, context, is_location=True)
     if expr is None:
         return None
     root: tree.Expr = expr
@@ -105,7 +111,7 @@ def type_location(text: Text, scope: Scope, findings: Findings) -> tree.Location
 def type_call(text: Text, scope: Scope, findings: Findings) -> tree.Call | None:
     """Read and type a call of an operation for its effect."""
     context = Context(scope, findings)
-    node = _parsed(text, context)
+    node = _parse(text, context)
     if node is None:
         return None
     if not isinstance(node, CallNode):
@@ -128,40 +134,43 @@ def type_update(
 ) -> tree.Expr | None:
     """Type the value of ``location operator= value``, converted to the location's type."""
     context = Context(scope, findings)
-    right = _bound(value, context, location.type)
+    right = _bind(value, context, location.type)
     if right is None or not has_value(context, right):
         return None
     result = type_binary(context, tree.BinaryOp(operator), location, right, value.span)
     return None if result is None else fit(context, result, location.type)
 
 
-def _bound(
+def _bind(
     text: Text, context: Context, hint: Type | None = None, *, is_location: bool = False
 ) -> tree.Expr | None:
-    """Read an expression and look its names up; a scope keeps each, to be placed anew."""
+    """Read and bind an expression.
+
+    A scope caches the result of each text, which is then relocated.
+    """
     scope = context.scope
-    if scope.super_guard is not None:  # which has places of its own
-        return _bound_here(text, context, hint, is_location)
+    if scope.super_guard is not None:  # a guard of another location
+        return _bind_uncached(text, context, hint, is_location)
     key = text.value, hint, is_location
     if key not in scope.bound:
         attempt = Findings()
-        expr = _bound_here(detached(text.value), Context(scope, attempt), hint, is_location)
+        expr = _bind_uncached(detach(text.value), Context(scope, attempt), hint, is_location)
         scope.bound[key] = expr, tuple(attempt)
     expr, reported = scope.bound[key]
     if reported:
-        context.findings.extend(placed(reported, text))
-    return placed(expr, text)
+        context.findings.extend(relocate(reported, text))
+    return relocate(expr, text)
 
 
-def _bound_here(
+def _bind_uncached(
     text: Text, context: Context, hint: Type | None, is_location: bool
 ) -> tree.Expr | None:
-    node = _parsed(text, context, is_location=is_location)
+    node = _parse(text, context, is_location=is_location)
     return None if node is None else ExpressionBinder(context, text).bind(node, hint)
 
 
-def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node | None:
-    """Read an expression; in ECMAScript our words are names in locations, and where declared."""
+def _parse(text: Text, context: Context, *, is_location: bool = False) -> Node | None:
+    """Read an expression. In ECMAScript, operator words of fsmkit can be names."""
     names: AbstractSet[str] = frozenset()
     if context.is_ecmascript:
         names = OWN_WORDS if is_location else OWN_WORDS & context.scope.variables.keys()
@@ -177,25 +186,25 @@ def _parsed(text: Text, context: Context, *, is_location: bool = False) -> Node 
 FIRST = re.compile(r"\s*([^\W\d]\w*)\s*[.\[]")
 """The first of several names."""
 OWN_WORDS = frozenset({"and", "or", "not", "True", "False"})
-"""Words of this language that are names in ECMAScript."""
+"""Operator words of fsmkit that are names in ECMAScript."""
 OWN_WORD = re.compile(
     r"""("(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|(?<![\w$])(?:and|or|not|True|False)(?![\w$]))"""
 )
-"""Such a word, or a string, in which none stands."""
+"""One of these words, or a string, in which they are not replaced."""
 MASKED = {word: "".join(chr(0xFEE0 + ord(letter)) for letter in word) for word in OWN_WORDS}
-"""Names, as long, that the grammar takes for names everywhere: in letters of full width."""
+"""Replacements of the same length that the grammar always reads as names: full-width letters."""
 UNMASKED = {masked: word for word, masked in MASKED.items()}
 
 
 def parse_with_names(text: str, names: AbstractSet[str]) -> Node:
-    """Read an expression in which some of `OWN_WORDS` are names, as in ECMAScript they may be."""
+    """Read an expression in which some of `OWN_WORDS` are names, as ECMAScript permits."""
     own = names & OWN_WORDS
     pieces = OWN_WORD.split(text) if own else [text]
     masked = "".join(MASKED[piece] if piece in own else piece for piece in pieces)
-    return parse(text) if masked == text else changed(parse(masked), _unmasked)
+    return parse(text) if masked == text else map_leaves(parse(masked), _unmask)
 
 
-def _unmasked(node: Node) -> Node:
+def _unmask(node: Node) -> Node:
     if isinstance(node, NameNode | MemberNode):
         return replace(node, name=UNMASKED.get(node.name, node.name))
     return node

@@ -1,1 +1,1 @@
-"""Functions of a chart, and the local variables of their bodies and of handlers."""
+"""Functions of a chart, and the local variables of function bodies and handlers."""

@@ -1,4 +1,4 @@
-"""Functions of a chart: typed bodies that assign nothing but their own variables."""
+"""Functions of a chart: typed bodies that assign only their own variables."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from fsmkit.diagnostics import Findings, Severity, Span, Text
 from fsmkit.language import tree, types
 from fsmkit.language.binding.typing import type_expression, type_location, type_update
 from fsmkit.language.conversion import can_convert, convert, fits
-from fsmkit.language.evaluation import rounds_of
+from fsmkit.language.evaluation import iteration_count
 from fsmkit.language.folding import fold
-from fsmkit.language.functions.local_variables import is_taken, type_head, type_local, with_local
-from fsmkit.language.functions.narrowing import narrowed
-from fsmkit.language.operators import described
+from fsmkit.language.functions.local_variables import (
+    is_taken,
+    type_local,
+    type_loop_head,
+    with_local,
+)
+from fsmkit.language.functions.narrowing import narrow_range
+from fsmkit.language.operators import describe_type
 from fsmkit.language.scope import Scope
 from fsmkit.language.statements import tree as stmt
 from fsmkit.language.walk import nodes, root
@@ -28,9 +33,9 @@ def type_function(
     scope: Scope,
     findings: Findings,
 ) -> tree.FunctionBody | None:
-    """Return a function; None where something is wrong, with at least one finding.
+    """Type a function; return None after at least one finding.
 
-    ``scope``: what its body can name, without its parameters.
+    ``scope`` has the names that its body can use, without its parameters.
     """
     before = _errors(findings)
     inner = scope
@@ -40,7 +45,7 @@ def type_function(
     if isinstance(result, types.ArrayType | types.RecordType):
         findings.add(
             "invalid-type",
-            f"`{name}` returns one value, no array and no record",
+            f"`{name}` must return a single value, not an array or a record",
             name,
             help="write a function for each part",
         )
@@ -49,7 +54,7 @@ def type_function(
     if not _returns(body) and _errors(findings) == before:
         findings.add(
             "missing-return",
-            f"`{name}` does not return on every way through it",
+            f"`{name}` does not return on every path",
             name,
             help="end it with `return value`, or each branch of an `if` that has an `else`",
         )
@@ -74,7 +79,7 @@ def _errors(findings: Findings) -> int:
 
 
 def _returns(body: tuple[Any, ...]) -> bool:
-    """Whether every way through statements returns."""
+    """Return whether every path through the statements returns."""
     if not body:
         return False
     last = body[-1]
@@ -85,7 +90,7 @@ def _returns(body: tuple[Any, ...]) -> bool:
 
 
 def _reads(body: tuple[Any, ...]) -> Iterator[tree.Expr]:
-    """Yield a variable of the chart or a state test for each that is read."""
+    """Yield each variable of the chart and each state test that the statements read."""
     seen: set[object] = set()
     for part in nodes(body):
         match part:
@@ -101,7 +106,7 @@ def _reads(body: tuple[Any, ...]) -> Iterator[tree.Expr]:
 
 
 def _cost(body: tuple[Any, ...]) -> int:
-    """Return how many statements are executed at most."""
+    """Return the greatest number of statements that are executed."""
     total = 0
     for statement in body:
         own = replace(statement, body=()) if isinstance(statement, stmt.ForEach) else statement
@@ -110,7 +115,7 @@ def _cost(body: tuple[Any, ...]) -> int:
         total += 1 + sum(n.function.cost for n in nodes(own) if isinstance(n, tree.CallFunction))
         inner = sum(_cost(each) for each in stmt.bodies(statement))
         is_loop = isinstance(statement, stmt.ForEach)
-        total += inner * (rounds_of(statement) if is_loop else 1) + is_loop
+        total += inner * (iteration_count(statement) if is_loop else 1) + is_loop
     return total
 
 
@@ -140,7 +145,7 @@ class _Typer:
         if not any(d.primary is not None and d.primary.span == at for d in self.findings):
             self.findings.add(
                 "impure-function",
-                f"`{self.name}` is no function: {why}",
+                f"`{self.name}` is not a function: {why}",
                 at,
                 help="do it where the function is called, or pass what it needs as an argument",
             )
@@ -188,7 +193,7 @@ class _Typer:
         return stmt.Assign(location, typed, written.span, sign=written.operator)
 
     def _loop(self, written: stmt.ForEach[Text, Text, stmt.WrittenStatement], scope: Scope) -> Any:
-        head = type_head(written, scope, self.findings)
+        head = type_loop_head(written, scope, self.findings)
         if head is None:
             return None
         for variable in (head.item, head.index):
@@ -201,20 +206,20 @@ class _Typer:
         value = type_expression(text, scope, self.findings, hint=self.result)
         if value is None or value.type is None:
             return None
-        fitted = self._fitted(fold(value))
+        fitted = self._fit_result(fold(value))
         if fitted is not None:
             return stmt.Return(fitted, span)
         self.findings.add(
             "value-out-of-range" if can_convert(value.type, self.result) else "type-mismatch",
-            f"{described(value.type)} where `{self.name}` returns {described(self.result)}",
+            f"{describe_type(value.type)} where `{self.name}` returns {describe_type(self.result)}",
             text,
             help="declare a wider result, or convert it: a type of a range is called as `T(x)`",
             severity=Severity.ERROR,
         )
         return None
 
-    def _fitted(self, value: tree.Expr) -> tree.Expr | None:
-        """Return a value as the result, which it must be without any change."""
+    def _fit_result(self, value: tree.Expr) -> tree.Expr | None:
+        """Return a value as the result, whose type must contain it unchanged."""
         source, result = value.type, self.result
         if source is None:
             return None
@@ -226,7 +231,7 @@ class _Typer:
             found = convert(value, result)
             return found if isinstance(found, tree.Literal) else None
         if isinstance(source, types.IntType) and isinstance(result, types.IntType):
-            lo, hi = narrowed(value)
+            lo, hi = narrow_range(value)
             if result.lo <= lo and hi <= result.hi:
                 within = types.IntType(result.lo, result.hi, types.Overflow.NEAREST)
                 return tree.Convert(value, within, value.span)

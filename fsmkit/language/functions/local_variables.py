@@ -1,4 +1,4 @@
-"""Variables of a block, and the loops that have them: typed the same in handlers and functions."""
+"""Local variables and loops of a block, typed the same in handlers and functions."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ def with_local(scope: Scope, name: str, type_: types.Type, *, is_fixed: bool) ->
 
 
 def is_taken(name: Text, scope: Scope, findings: Findings) -> bool:
-    """Report a local name that means something already: it would hide that."""
+    """Report a local name that already has a meaning, which it would hide."""
     kind = kinds_of_name(scope).get(name.value)
     if kind is None or kind == "a state":
         return False
     findings.add(
         "duplicate-name",
-        f"`{name}` is {kind} already",
+        f"`{name}` is already {kind}",
         name,
-        help="rename it: a local name hides no other",
+        help="rename it: a local name must not hide another name",
     )
     return True
 
 
-def held_type(type_: types.Type) -> types.Type:
-    """Return the type of a variable that holds values of a type as they are."""
+def variable_type(type_: types.Type) -> types.Type:
+    """Return the type of a variable that can hold every value of a type unchanged."""
     if isinstance(type_, types.IntType) and type_.overflow is not types.Overflow.WRAP:
         return types.IntType(type_.lo, type_.hi)
     return type_
@@ -48,13 +48,13 @@ def held_type(type_: types.Type) -> types.Type:
 def type_local(
     written: Local[Text, Text], scope: Scope, findings: Findings
 ) -> tuple[Local[Variable, Expr] | None, Scope]:
-    """Return ``let`` or ``var`` typed, and the scope behind it."""
+    """Return ``let`` or ``var`` typed, and the scope after it."""
     name = written.place
     type_: types.Type | None = None
     if not name.value.isidentifier():
         findings.add(
             "statement-syntax",
-            f"`{name}` is no name",
+            f"`{name}` is not a name",
             name,
             help="write `let x = value`, or `var n 0..9 = 0`",
         )
@@ -78,13 +78,17 @@ def type_local(
     if value is None or value.type is None:
         return None, scope
     if type_ is None:
-        type_ = held_type(value.type) if written.is_fixed else general_type(held_type(value.type))
+        type_ = (
+            variable_type(value.type)
+            if written.is_fixed
+            else general_type(variable_type(value.type))
+        )
         if not written.is_fixed:
             value = type_expression(written.value or name, scope, findings, type_)
     if isinstance(type_, types.ArrayType | types.RecordType):
         findings.add(
             "invalid-type",
-            f"a local variable is no array and no record, as `{name}` would be",
+            f"`{name}` is an array or a record, which a local variable cannot be",
             written.type or name,
             help="declare it under `data`, or name its parts one by one",
         )
@@ -98,8 +102,8 @@ def type_local(
 
 
 @dataclass(frozen=True, slots=True)
-class Head:
-    """What a loop goes through, its variables, and the scope of its body."""
+class LoopHead:
+    """The head of a loop: what it iterates over, its variables, and the scope of its body."""
 
     array: Variable | Numbers
     item: Variable
@@ -107,20 +111,20 @@ class Head:
     scope: Scope
 
 
-def type_head(
+def type_loop_head(
     written: ForEach[Text, Text, WrittenStatement], scope: Scope, findings: Findings
-) -> Head | None:
+) -> LoopHead | None:
     """Type the head of a loop: over an array, ``lo..hi``, or the members of an enumeration."""
-    array = _gone_through(written.array, scope, findings)
+    array = _type_iterated(written.array, scope, findings)
     if array is None:
         return None
     element = array.type.element if isinstance(array.type, types.ArrayType) else array.type
     length = array.type.length if isinstance(array.type, types.ArrayType) else 0
     if isinstance(array, Numbers):
         length = len(array.numbers)
-    inner = _declared(written.item, element, scope)
+    inner = _declare_loop_variable(written.item, element, scope)
     if written.index is not None:
-        inner = _declared(written.index, types.IntType(0, length - 1), inner)
+        inner = _declare_loop_variable(written.index, types.IntType(0, length - 1), inner)
     item = _variable(written.item, inner, scope, findings)
     index = None
     if written.index is not None:
@@ -130,11 +134,11 @@ def type_head(
     if item is None:
         return None
     _check(written, element, length, item, index, findings)
-    return Head(array, item, index, inner)
+    return LoopHead(array, item, index, inner)
 
 
-def _gone_through(text: Text, scope: Scope, findings: Findings) -> Variable | Numbers | None:
-    """Return what a loop goes through."""
+def _type_iterated(text: Text, scope: Scope, findings: Findings) -> Variable | Numbers | None:
+    """Type the iterated expression of a loop: an array variable or numbers."""
     stripped = text.strip()
     if scope.dialect == "fsmkit":
         known = scope.types.get(stripped.value)
@@ -161,15 +165,15 @@ def _gone_through(text: Text, scope: Scope, findings: Findings) -> Variable | Nu
         return array
     findings.add(
         "loop-variable-type",
-        f"`{text}` is no array but {array.type}",
+        f"`{text}` is not an array but {array.type}",
         text,
         help="iterate over a variable of a type such as `uint8[4]`, `0..7`, or an enumeration",
     )
     return None
 
 
-def _declared(name: Text, type_: types.Type, scope: Scope) -> Scope:
-    """Return a scope in which a loop variable is known: as a local one, where it was not."""
+def _declare_loop_variable(name: Text, type_: types.Type, scope: Scope) -> Scope:
+    """Return a scope in which a loop variable is known, as a local one unless it already was."""
     known: tuple[Mapping[str, object], ...] = (
         *(scope.variables, scope.constants, scope.operations, scope.functions, scope.types),
     )
@@ -179,7 +183,7 @@ def _declared(name: Text, type_: types.Type, scope: Scope) -> Scope:
 
 
 def _variable(text: Text, inner: Scope, outer: Scope, findings: Findings) -> Variable | None:
-    """Return a loop variable; a name of an outer block is none."""
+    """Return a loop variable, which must be of this block."""
     if text.value in inner.variables and text.value not in outer.variables:
         type_, storage = inner.variables[text.value]
         return Variable(text.value, type_, storage, text.span)
@@ -191,7 +195,7 @@ def _variable(text: Text, inner: Scope, outer: Scope, findings: Findings) -> Var
         return location
     findings.add(
         "not-a-variable",
-        f"`{text}` is part of a variable; a whole one is wanted here",
+        f"`{text}` is part of a variable; a loop needs a whole variable",
         text,
         help="name a variable",
     )

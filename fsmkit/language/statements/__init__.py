@@ -1,1 +1,1 @@
-"""Statements and declarations: text in; the statements of a Document out, expressions unread."""
+"""Statements and declarations of a Document, read from text with unread expressions."""

@@ -1,8 +1,8 @@
-"""From what the parser has recognized to statements: its actions, one for each rule."""
+"""The actions of the parser for statements, one for each rule of the grammar."""
 
-# ruff: noqa: D102  (the grammar says what each rule is)
+# ruff: noqa: D102  (the grammar documents each rule)
 # mypy: disable-error-code="func-returns-value"
-# (`return piece.reader.unreadable(...)` reports and gives up)
+# (`return piece.reader.unreadable(...)` reports and returns None)
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.tokens import ASSIGNMENT, CLAUSES, LITERAL_DELAY, bracketed
 
 EMITTED = re.compile(r"(emit|post|fire|trigger|dispatch|publish)[ \t]+\w")
-"""A statement that other tools have for `send`."""
+"""A statement that other tools use for `send`."""
 ARROW = re.compile(r"->|^(?:transition|become)\b")
 NAMED = re.compile(r"(?:set\s+)?(\w+)(?:\s*:\s*|\s+)(\w+)")
 LOCAL_NAME = re.compile(r"[^\W\d][\w$]*(?=\s|$)")
 
 
 class Reader(Protocol):
-    """Who gives the pieces to the parser."""
+    """The source of the pieces for the parser."""
 
     text: Text
 
     def report(
         self, message: str, start: int, end: int, advice: str | None, rule: str = ...
     ) -> None:
-        """Add a finding at a place of the text."""
+        """Add a finding at a location of the text."""
 
     def span(self, start: int) -> Span:
-        """Return the place from an offset to the piece that was recognized last."""
+        """Return the location from an offset to the piece that was recognized last."""
 
 
 @dataclass(slots=True)
 class Piece:
-    """A token of the grammar: its type, its place in the text, its reader, what it says."""
+    """A token of the grammar: its type, its location in the text, its reader, and its value."""
 
     type: str
     start: int
@@ -49,18 +49,18 @@ class Piece:
 
     @property
     def text(self) -> Text:
-        """What it says; where that is not known, as it stands."""
+        """The value of the token, or else its source text."""
         return self.known or self.reader.text.part(self.start, self.end)
 
     @property
     def span(self) -> Span:
-        """The place from here to what was recognized last."""
+        """The location from this token to the piece that was recognized last."""
         return self.reader.span(self.start)
 
 
 @v_args(inline=True)
 class StatementBuilder(Transformer[Any, Any]):
-    """Makes statements while the parser runs, bottom up. Each rule gives a block."""
+    """Builds statements bottom up while the parser runs. Each rule returns a block."""
 
     def statements(self, *found: stmt.Block) -> stmt.Block:
         return tuple(statement for block in found for statement in block)
@@ -104,7 +104,7 @@ class StatementBuilder(Transformer[Any, Any]):
     def operation(self, call: Piece) -> stmt.Block:
         if call.text.value.endswith(")") and "(" in call.text.value[1:]:
             return (stmt.CallOperation(call.text, call.span),)
-        message = "this is no statement"
+        message = "this is not a statement"
         advice = "assign it to something, or call an operation"
         written = call.text.value
         if "==" in written:
@@ -139,7 +139,7 @@ class StatementBuilder(Transformer[Any, Any]):
         )
 
     def valued(self, word: Piece, value: Piece) -> stmt.Block:
-        return (stmt.WORDS[word.text.value](value.text, word.span),)
+        return (stmt.STATEMENT_KEYWORDS[word.text.value](value.text, word.span),)
 
     def log(self, word: Piece, *parts: Piece) -> stmt.Block:
         label = parts[0].text if parts and parts[0].type == "LABEL" else None

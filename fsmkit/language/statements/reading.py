@@ -1,8 +1,8 @@
-"""Statements and declarations read: what YAML holds under `do`, and SCXML in a `script`.
+"""Reading of statements and declarations: the text under `do` in YAML and in `script` of SCXML.
 
-The grammar is `grammar.lark`. Its parser is given one piece of text after the other; the tokens
-that it can take next say which piece that is. Where there is none there is a finding; a statement
-is then passed over with the blocks it holds, and what follows is still read.
+The grammar is `grammar.lark`. The reader passes one piece of text after another to its parser. The
+tokens that the parser accepts next decide the type of the piece. If none fits, there is a finding,
+and reading continues after the statement and its blocks.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lark.parsers.lalr_analysis import Shift
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.diagnostics.fixes import replace_text
-from fsmkit.language.placing import detached, placed
+from fsmkit.language.relocation import detach, relocate
 from fsmkit.language.statements import tree as stmt
 from fsmkit.language.statements.building import Piece
 from fsmkit.language.statements.tokens import (
@@ -41,20 +41,20 @@ from fsmkit.language.syntax import parser
 
 SUSPECT_COMMENT = re.compile(r"[\w)\]][ \t]*//[ \t]*[\w.]+[ \t]*(?=;|\n|\Z)")
 EVENT_NAME = re.compile(r"[^\W\d][\w-]*(\.[\w-]+)*")
-BEGINNING = frozenset({"return", "var", "let", "const", "for", "if"})
-"""Words that begin statements of functions."""
+FUNCTION_WORDS = frozenset({"return", "var", "let", "const", "for", "if"})
+"""Words that start statements of functions."""
 FIELD_NAME = re.compile(r"[^\W\d]\w*")
 MOST_FINDINGS = 50
-"""Findings that one text of statements can give rise to."""
+"""At most this many findings are reported for one text of statements."""
 
 KEYWORDS = {
     **dict.fromkeys(("var", "let", "const"), "VAR"),
     **dict.fromkeys(("to", "as", "type", "content"), "NAMED"),
-    **dict.fromkeys(stmt.WORDS, "VALUED"),
+    **dict.fromkeys(stmt.STATEMENT_KEYWORDS, "VALUED"),
     **{word: word.upper() for word in ("raise", "send", "cancel", "log", "super")},
     **{word: word.upper() for word in ("unreadable", "if", "for", "in", "after", "with")},
 }
-"""Words and the tokens that they are where these can come."""
+"""Words, and their token type where the parser accepts it."""
 SIGNS = {
     **dict.fromkeys(ASSIGNMENT, ("ASSIGN",)),
     "=": ("_EQUAL", "EQUALS", "ASSIGN"),
@@ -66,15 +66,15 @@ SIGNS = {
     "{": ("_OPEN",),
     "->": ("ARROW",),
 }
-"""Signs and the tokens that they may be."""
+"""Signs, and their possible token types."""
 
 
 SHORT, MOST_KEPT = 200, 20_000
-"""Characters and number of texts that are kept."""
+"""The size in characters and the number of texts that are cached."""
 KEPT: dict[str, stmt.Block] = {}
-"""The statements of texts that gave rise to no finding, at places in the text itself."""
+"""The statements of texts without a finding, located in the text itself."""
 MISSING = {"EXPRESSION": "an expression", "ID": "a name", "QUOTED": "a text"}
-"""What is missing where one of these could come."""
+"""Descriptions of missing tokens."""
 BLOCKS = (
     ("IN", "in", "write `for x in array { ... }`"),
     ("_OPEN", "{", "write `if condition { ... }` or `for x in array { ... }`"),
@@ -82,7 +82,7 @@ BLOCKS = (
 
 
 def read_statements(text: Text, findings: Findings) -> stmt.Block:
-    """Read statements; what cannot be read is a finding and a `Fail`."""
+    """Read statements; unreadable ones give a finding and a `Fail`."""
     if len(text.value) > LONGEST:
         findings.add(
             "statement-syntax",
@@ -105,14 +105,14 @@ def read_statements(text: Text, findings: Findings) -> stmt.Block:
 
 
 def _read_bare(at: Text, findings: Findings) -> stmt.Block:
-    """Read statements among which there are no comments."""
+    """Read statements that contain no comments."""
     block = KEPT.get(at.value)
     if block is None:
         reader = _Reader(at, findings, "statement-syntax", NAME)
         block = reader.read("statements")
         if not reader.reported and len(at.value) <= SHORT and len(KEPT) < MOST_KEPT:
             KEPT[at.value] = block
-    return placed(block, at)
+    return relocate(block, at)
 
 
 def read_body(text: Text, findings: Findings) -> stmt.Block:
@@ -124,10 +124,10 @@ def read_body(text: Text, findings: Findings) -> stmt.Block:
 
 
 def is_value(text: str) -> bool:
-    """Whether a text is one expression and no statements, by its tokens."""
+    """Return whether a text is one expression and not a statement, judged by its tokens."""
     found = lexemes(without_comments(text))
     first, after = found[0], found[min(1, len(found) - 1)]
-    if first.kind == "end" or (first.text in BEGINNING and not _is_name(first, after)):
+    if first.kind == "end" or (first.text in FUNCTION_WORDS and not _is_name(first, after)):
         return False
     signs = (ASSIGNMENT.keys() | {";", "{"}) & {t.text for t in found if t.kind == "sign"}
     return not signs and not any(token.kind == "newline" for token in found)
@@ -138,7 +138,7 @@ def read_signature(
 ) -> stmt.DocSignature | None:
     """Read the declaration of an operation or an event: ``goto(position 0..4000) -> bool``.
 
-    ``is_loose``: parameters may lack their types, as those of functions in ECMAScript do.
+    ``is_loose``: parameters may lack types, like those of functions in ECMAScript.
     """
     reader = _Reader(text.strip(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
     found = reader.read("signature")
@@ -149,7 +149,7 @@ def read_signature(
     result = None
     for part in rest:
         if part and part[0].type == "ARROW":
-            result = _behind(
+            result = _required_text(
                 reader, part, "the type of the result is missing", "write such as `bool`"
             )
         else:
@@ -157,11 +157,13 @@ def read_signature(
     sound = tuple(each for each in fields if each is not None)
     if reader.reported:
         return None
-    return placed(stmt.DocSignature(name.text, sound, result), reader.place)
+    return relocate(stmt.DocSignature(name.text, sound, result), reader.place)
 
 
-def _behind(reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str) -> Text | None:
-    """Return what stands after a sign, reporting where nothing does."""
+def _required_text(
+    reader: _Reader, parts: tuple[Piece, ...], message: str, advice: str
+) -> Text | None:
+    """Return the text after a sign; report a missing one."""
     sign, *rest = parts
     if not rest:
         reader.report(message, sign.start, sign.end, advice)
@@ -187,21 +189,21 @@ def _field(piece: Piece, reader: _Reader, *, is_loose: bool) -> stmt.DocField | 
 
 
 def read_typed(text: Text, findings: Findings) -> tuple[Text | None, Text | None]:
-    """Read ``type = start value``; return the two, None for what is not there."""
+    """Read ``type = start value``; return both, None for a missing one."""
     reader = _Reader(text.strip(), findings, "declaration-syntax", EVENT_NAME, has_lines=False)
     type_ = init = None
     for part in reader.read("typed") or ():
         if isinstance(part, Piece):
             type_ = part.text
         else:
-            advice = "write it, or leave out the `=`"
-            init = _behind(reader, part, "the start value is missing", advice)
-    return placed((type_, init), reader.place)
+            advice = "write it, or remove the `=`"
+            init = _required_text(reader, part, "the start value is missing", advice)
+    return relocate((type_, init), reader.place)
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Gives the pieces of one text to the parser; what comes of it is at places in the text."""
+    """Passes the pieces of one text to the parser; the results have locations in the text."""
 
     place: Text
     findings: Findings
@@ -215,31 +217,31 @@ class _Reader:
     """The end of the piece that was recognized last."""
 
     def __post_init__(self) -> None:
-        """Stand at the beginning."""
-        self.text = detached(self.place.value)
+        """Start before the first token."""
+        self.text = detach(self.place.value)
         self.at = Cursor(self.text.value, lexemes(self.text.value), has_lines=self.has_lines)
 
     def report(
         self, message: str, start: int, end: int, advice: str | None, rule: str | None = None
     ) -> None:
-        """Add a finding at a place of the text; of very many, only the first are told."""
+        """Add a finding at a location of the text, unless there are already too many."""
         self.reported += 1
         if self.reported <= MOST_FINDINGS:
             span = self.place.span_of(start, end)
             self.findings.add(rule or self.rule, message, span, help=advice)
 
     def span(self, start: int) -> Span:
-        """Return the place from an offset to the piece that was recognized last."""
+        """Return the location from an offset to the piece that was recognized last."""
         return self.text.span_of(start, max(start, self.last))
 
     def read(self, start: str) -> Any:
-        """Return what a text is; None for a declaration that cannot be read."""
+        """Return the parsed text; None for an unreadable declaration."""
         parsed: Any = parser().parse_interactive(start=start)
         state = parsed.parser_state
         while True:
             before = self.at.index
             piece = self._next(parsed.choices(), state)
-            if piece is not None and _after(state, piece.type) is not None:
+            if piece is not None and _state_after(state, piece.type) is not None:
                 found = parsed.feed_token(piece)
                 self.last = piece.end
                 if piece.type == "$END":
@@ -262,7 +264,7 @@ class _Reader:
         return self._piece(type_, token.start, token.end, text)
 
     def _next(self, choices: Mapping[str, Any], state: Any) -> Piece | None:
-        """Return the piece at hand as one of the tokens that can come; None if it is none."""
+        """Return the current piece as one of the acceptable tokens; None if it does not fit."""
         at = self.at
         if "_RPAR" in choices or "_OPEN" in choices or not self.has_lines:
             at.skip_newlines()
@@ -271,8 +273,8 @@ class _Reader:
         if at.is_end_of_statement():
             return self._end(choices)
         at.skip_newlines()
-        token, after = at.here, at.ahead()
-        if "RAISE" in choices and self._refused(state) is not None:
+        token, after = at.current, at.ahead()
+        if "RAISE" in choices and self._outside_language(state) is not None:
             return None
         match token.kind:
             case "word":
@@ -296,26 +298,26 @@ class _Reader:
             at.go_to(match.end())
             return self._piece("ID", match.start(), match.end())
         if "EXPRESSION" in choices:
-            start, end = at.expression(*_stops(state))
+            start, end = at.expression(*_expression_stops(state))
             if end > start:
-                # the name of a type may have line ends; in statements they mean nothing
+                # a type name may contain line ends; in statements they have no meaning
                 lines = self.has_lines and "\n" in self.text.value[start:end]
                 text = self._on_one_line(start, end) if lines else None
-                # as in C, a condition that ends with a parenthesis needs no braces behind it
+                # as in C, a condition that ends with a parenthesis needs no braces after it
                 is_closed = "CONDITION" in choices and self.text.value[end - 1] == ")"
                 return self._piece("CONDITION" if is_closed else "EXPRESSION", start, end, text)
         return None
 
     def _end(self, choices: Container[str]) -> Piece | None:
-        """Return the end of a line, of a statement, of a block or of all."""
-        token = self.at.here
+        """Return the end of a line, of a statement, of a block or of the text."""
+        token = self.at.current
         if token.text == "}" and "_CLOSE" in choices:
             return self._take("_CLOSE")
         if token.kind == "end" and "$END" in choices:
             return self._piece("$END", self.last, self.last)
         if "_END" not in choices or (token.text in ("}", "") and "BROKEN" in choices):
             return None
-        while self.at.here.kind == "newline" or self.at.here.text == ";":
+        while self.at.current.kind == "newline" or self.at.current.text == ";":
             self.at.take()
         return self._piece("_END", self.last, self.last)
 
@@ -325,7 +327,7 @@ class _Reader:
         self.at.skip_newlines()
         if self.at.accept(";"):
             self.at.skip_newlines()
-        token, after = self.at.here, self.at.ahead()
+        token, after = self.at.current, self.at.ahead()
         if token.kind != "word" or token.text not in ("else", "elif"):
             self.at.index = before
             return None
@@ -335,19 +337,19 @@ class _Reader:
         return self._take("ELIF" if is_conditional else "ELSE")
 
     def _bracketed(self, type_: str) -> Piece | None:
-        """Return what stands in parentheses; as a condition only if nothing goes on behind it."""
-        closing = self.at.closing() if self.at.here.text == "(" else None
+        """Return the text in parentheses; a condition must end after it."""
+        closing = self.at.closing() if self.at.current.text == "(" else None
         if closing is None:
             return None
-        opening, end = self.at.here, self.at.tokens[closing]
+        opening, end = self.at.current, self.at.tokens[closing]
         inner = self._on_one_line(opening.end, end.start).strip()
-        if type_ == "CONDITION" and (self.at.goes_on(closing + 1) or not inner.value):
+        if type_ == "CONDITION" and (self.at.continues_expression(closing + 1) or not inner.value):
             return None
         self.at.index = closing + 1
         return self._piece(type_, opening.start, end.end, inner)
 
     def _on_one_line(self, start: int, end: int) -> Text:
-        """Return a piece of the text with its place: new lines mean nothing in it."""
+        """Return a piece of the text with its location; new lines in it have no meaning."""
         part = self.text.part(start, end)
         if "\n" not in part.value:
             return part
@@ -355,7 +357,7 @@ class _Reader:
         places = part.offsets or range(part.span.start, part.span.start + len(part.value))
         for gap in NEW_LINES.finditer(part.value):
             if gap[1] is not None:
-                continue  # a string, which has no new line in it
+                continue  # a string, which contains no new line
             value += [part.value[last : gap.start()], " "]
             offsets += [*places[last : gap.start()], places[gap.start()]]
             last = gap.end()
@@ -365,12 +367,12 @@ class _Reader:
 
     # --- what is wrong --------------------------------------------------------------------------
 
-    def _refused(self, state: Any) -> tuple[str, str, str] | None:
-        """Return why the statement that begins here is outside the language: what to report."""
-        token, after = self.at.here, self.at.ahead()
+    def _outside_language(self, state: Any) -> tuple[str, str, str] | None:
+        """Return why the current statement is outside the language: message, advice, rule."""
+        token, after = self.at.current, self.at.ahead()
         if token.kind != "word" or _is_name(token, after):
             return None
-        if token.text in FOREIGN.keys() - stmt.WORDS and not (
+        if token.text in FOREIGN.keys() - stmt.STATEMENT_KEYWORDS and not (
             after.text == "(" and token.text in CALLABLE
         ):
             return (
@@ -389,13 +391,13 @@ class _Reader:
         return None
 
     def _recover(self, parsed: Any) -> bool:
-        """Report what cannot come here, and pass over the statement; False for a declaration."""
-        state, choices, token = parsed.parser_state, parsed.choices(), self.at.here
+        """Report an unexpected token and skip the statement; return False for a declaration."""
+        state, choices, token = parsed.parser_state, parsed.choices(), self.at.current
         if "BROKEN" in choices and token.text == "}":
             self._unexpected("`}` closes nothing", self.at.take(), "remove it")
             return True
         if "BROKEN" in choices and token.kind == "end":
-            opening = _latest(state, "_OPEN")
+            opening = _latest_piece(state, "_OPEN")
             self.report("`{` is not closed", opening.start, opening.end, "close it with `}`")
             parsed.feed_token(self._piece("_CLOSE", self.last, self.last))
             return True
@@ -404,10 +406,10 @@ class _Reader:
             popped.append(state.value_stack.pop())
             state.state_stack.pop()
         start = popped[-1].start if popped and isinstance(popped[-1], Piece) else token.start
-        if "RAISE" in choices:  # here begins a statement
-            message = f"`{token.text}` begins no statement"
+        if "RAISE" in choices:  # a statement starts here
+            message = f"`{token.text}` does not start a statement"
             advice, rule = "write an assignment or a call", self.rule
-            if (refused := self._refused(state)) is not None:
+            if (refused := self._outside_language(state)) is not None:
                 message, advice, rule = refused
             self.report(message, *_place(token), advice, rule)
             self.last = self.at.take().end
@@ -415,7 +417,7 @@ class _Reader:
             message = self._missing(choices, popped, start)
         if "BROKEN" not in parsed.choices():
             return False
-        if self.at.here.kind != "end":
+        if self.at.current.kind != "end":
             self.at.skip_statement()
         self.last = self.at.previous_end
         broken = Text(message, self.span(start))
@@ -423,8 +425,8 @@ class _Reader:
         return True
 
     def _missing(self, choices: Container[str], popped: list[Any], start: int) -> str:
-        """Report what is missing in a statement or a declaration that began at an offset."""
-        token = self.at.here
+        """Report the missing part of a statement or a declaration that starts at an offset."""
+        token = self.at.current
         if "_EQUAL" in choices and popped:
             advice = "write `name = value`, the name as the event declares it"
             self.report("an argument has no name", popped[0].start, popped[0].end, advice)
@@ -455,7 +457,7 @@ def _place(token: Lexeme | Piece) -> tuple[int, int]:
 
 
 def _is_name(token: Lexeme, after: Lexeme) -> bool:
-    """Whether what begins a statement is no keyword: by what follows it."""
+    """Return whether the first token of a statement is a name, judged by the token after it."""
     if token.text in ("var", "let", "const"):
         return after.kind != "word"
     if token.text == "unreadable":
@@ -463,17 +465,17 @@ def _is_name(token: Lexeme, after: Lexeme) -> bool:
     return after.kind == "sign" and after.text in (*ASSIGNMENT, ".", "[")
 
 
-def _latest(state: Any, type_: str) -> Piece:
+def _latest_piece(state: Any, type_: str) -> Piece:
     found: Piece = next(
         v for v in reversed(state.value_stack) if isinstance(v, Piece) and v.type == type_
     )
     return found
 
 
-def _after(state: Any, type_: str) -> Any:
-    """Return the state of the parser behind a token; None where the token cannot come.
+def _state_after(state: Any, type_: str) -> Any:
+    """Return the parser state after a token; None if the parser rejects the token.
 
-    The tables of an LALR parser say only after some reductions that a token cannot come.
+    The tables of an LALR parser reject a token only after some reductions.
     """
     states, last = state.parse_conf.states, state.parse_conf.end_state
     action, found = states[state.position].get(type_, (None, None))
@@ -490,16 +492,16 @@ def _after(state: Any, type_: str) -> Any:
     return last
 
 
-def _stops(state: Any) -> frozenset[str]:
-    """Return the signs and words that may follow an expression which comes in this state."""
-    return _spelt(frozenset(state.parse_conf.states[_after(state, "EXPRESSION")]))
+def _expression_stops(state: Any) -> frozenset[str]:
+    """Return the signs and words that may follow an expression in this state."""
+    return _token_texts(frozenset(state.parse_conf.states[_state_after(state, "EXPRESSION")]))
 
 
 @cache
-def _spelt(types: frozenset[str]) -> frozenset[str]:
-    """Return how tokens are spelt.
+def _token_texts(types: frozenset[str]) -> frozenset[str]:
+    """Return the texts of token types.
 
-    The block of a loop ends what stands before it, too, and a comma ends a name.
+    The block of a loop also ends the expression before it, and a comma ends a name.
     """
     found = {word for word, type_ in KEYWORDS.items() if type_ in types}
     found |= {sign for sign, others in SIGNS.items() if not types.isdisjoint(others)}
@@ -511,6 +513,6 @@ def _spelt(types: frozenset[str]) -> frozenset[str]:
 
 
 def _slashes(text: Text, match: re.Match[str]) -> tuple[int, int]:
-    """Return where ``//`` stands in what a pattern found."""
+    """Return the location of ``//`` in a match."""
     start = text.value.index("//", match.start())
     return start, start + len("//")

@@ -1,6 +1,6 @@
-"""The tokens of a text of statements, and how far an expression in it goes.
+"""The tokens of a text of statements, and the extent of the expressions in it.
 
-Expressions are not read here: what matters is where they end. So a wrong one costs one finding,
+Expressions are not read here; only their ends matter. An error in an expression costs one finding,
 and the statements around it are still read.
 """
 
@@ -29,19 +29,19 @@ BRACKETS = {"(": ")", "[": "]", "{": "}"}
 OPERATORS = frozenset(
     re.findall(r"\S+", "+ - * / % & | ^ && || == != === !== < <= > >= << >> ? . and or")
 )
-"""Infix signs and words, which need something on either side."""
+"""Infix signs and words, which need an operand on either side."""
 JOINING = OPERATORS | {"*=", "+=", ",", "-=", "/=", ":", "="}
-"""What has to be followed by an operand: no statement ends with it."""
+"""Tokens that an operand must follow: no statement ends with them."""
 JOINED = JOINING - {",", "="}
-"""What no statement begins with."""
+"""Tokens with which no statement starts."""
 GOES_ON = OPERATORS | {"[", "if"}
-"""What after a closing parenthesis shows that an expression goes on behind it."""
+"""Tokens that continue an expression after a closing parenthesis."""
 
 
 DEEPEST = 16
-"""Levels that statements may nest: fewer than any target bounds the nesting of loops to."""
+"""Maximum nesting of statements, below every target's limit for nested loops."""
 LONGEST = 200_000
-"""Characters of one text of statements."""
+"""Maximum length of one text of statements, in characters."""
 
 ASSIGNMENT: dict[str, str | None] = {
     "=": "",
@@ -62,7 +62,7 @@ ASSIGNMENT: dict[str, str | None] = {
     "&&=": None,
     "||=": None,
 }
-"""Signs of assignment and the operator each stands for; None: not in this language."""
+"""Signs of assignment and the operator of each; None if it is not in this language."""
 
 CLAUSES = {
     "to": ("target", "target_expr"),
@@ -72,12 +72,13 @@ CLAUSES = {
     "content": ("content", "content_expr"),
     "with": ("name_list", "name_list"),
 }
-"""What may follow `send`: what a name or a string after it is, and an expression in parentheses."""
+"""The clauses of `send`: the kind of a name or string after each word, and of an expression in
+parentheses."""
 
 NEW_LINES = re.compile(rf"({STRING}|[\"'][^\n]*)|(?<![^\S\n])[^\S\n]*\n\s*")
 """A string, or a new line with the white space around it."""
 NAME = re.compile(r"[^\s(){}\[\];,\"'=]+")
-"""A name of an event, a peer or an id, where it needs no quotes."""
+"""A name of an event, a peer or an id that needs no quotes."""
 LITERAL_DELAY = re.compile(r"(\d+(\.\d*)?|\.\d+)(us|ms|s|m|h|d)?|[^\W\d]\w*")
 """A delay that is a duration or the name of a constant."""
 
@@ -86,7 +87,7 @@ FOREIGN = {
     "while": "iterate over an array: `for x in array { ... }`",
     "do": "iterate over an array: `for x in array { ... }`",
     "switch": "write `if ... else if ...`",
-    "try": "leave it out: an error raises `error.execution`",
+    "try": "remove it: an error raises `error.execution`",
     "throw": "raise an event",
     "return": "assign the result to a variable",
     "delete": "data live as long as the machine",
@@ -94,7 +95,7 @@ FOREIGN = {
     "class": "declare a record type",
     "break": "guard the statements with `if`",
     "continue": "guard the statements with `if`",
-    "pass": "leave it out",
+    "pass": "remove it",
     "def": "declare an operation and call it",
     "lambda": "declare an operation and call it",
     "goto": "name the target in a transition",
@@ -103,14 +104,14 @@ FOREIGN = {
 }
 
 CALLABLE = frozenset(("goto", "print", "assert", "delete", "import", "pass"))
-"""Which of these may be the name of an operation."""
+"""The words among these that may also name an operation."""
 
 
 ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "0": "\0", "b": "\b", "f": "\f", "v": "\v", "\n": ""}
 
 
 class Lexeme(NamedTuple):
-    """A token: its kind (a group of `TOKEN`), its text and its place in the text."""
+    """A token: its kind (a group of `TOKEN`), its text and its location in the text."""
 
     kind: str
     text: str
@@ -118,12 +119,12 @@ class Lexeme(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The offset behind it."""
+        """The offset after it."""
         return self.start + len(self.text)
 
 
 def without_comments(text: str) -> str:
-    """Return the text with every comment blanked out, so that offsets stay as they are."""
+    """Return the text with every comment blanked out, so that offsets stay valid."""
 
     def blank(match: re.Match[str]) -> str:
         return match[0] if match[1] is not None else re.sub(r"[^\n]", " ", match[0])
@@ -132,7 +133,7 @@ def without_comments(text: str) -> str:
 
 
 def lexemes(text: str) -> tuple[Lexeme, ...]:
-    """Return the tokens of a text without comments, white space left out, and an ``end``."""
+    """Return the tokens of a text without comments, omitting white space, and a final ``end``."""
     found = [
         Lexeme(match.lastgroup or "sign", match[0], match.start())
         for match in TOKEN.finditer(text)
@@ -149,55 +150,55 @@ class Cursor:
     tokens: tuple[Lexeme, ...]
     index: int = 0
     has_lines: bool = True
-    """Whether the end of a line, `;` and `}` end something."""
+    """Whether the end of a line, `;` and `}` end a statement."""
 
     @property
-    def here(self) -> Lexeme:
-        """The token at hand."""
+    def current(self) -> Lexeme:
+        """The current token."""
         return self.tokens[self.index]
 
     def ahead(self, distance: int = 1) -> Lexeme:
-        """Return a token further on."""
+        """Return a later token."""
         return self.tokens[min(self.index + distance, len(self.tokens) - 1)]
 
     @property
     def previous_end(self) -> int:
-        """Where the token before ends."""
+        """The end of the previous token."""
         return self.tokens[self.index - 1].end if self.index else 0
 
     def take(self) -> Lexeme:
-        """Return the token at hand and go on."""
-        token = self.here
+        """Return the current token and advance."""
+        token = self.current
         if token.kind != "end":
             self.index += 1
         return token
 
     def accept(self, *texts: str) -> bool:
-        """Take the token at hand if it is one of these."""
-        if self.here.kind in ("sign", "word") and self.here.text in texts:
+        """Consume the current token if it is one of these."""
+        if self.current.kind in ("sign", "word") and self.current.text in texts:
             self.index += 1
             return True
         return False
 
     def skip_newlines(self) -> None:
-        """Go to the next token that is no new line."""
-        while self.here.kind == "newline":
+        """Advance to the next token that is not a new line."""
+        while self.current.kind == "newline":
             self.index += 1
 
     def go_to(self, offset: int) -> None:
-        """Go to the first token at or behind an offset."""
-        while self.here.kind != "end" and self.here.start < offset:
+        """Advance to the first token at or after an offset."""
+        while self.current.kind != "end" and self.current.start < offset:
             self.index += 1
 
     def is_end_of_statement(self) -> bool:
-        """Whether nothing more belongs to the statement: its end, or that of what it stands in."""
-        token = self.here
+        """Return whether the statement ends here, or the block around it."""
+        token = self.current
         if token.kind == "newline":
             return self.has_lines and not self._is_continued()
         return token.kind == "end" or (self.has_lines and token.text in (";", "}"))
 
     def _is_continued(self) -> bool:
-        """Whether the expression that a new line interrupts goes on behind it."""
+        """Return whether the expression continues after the current new line."""
         before = self.tokens[self.index - 1] if self.index else None
         if before is not None and before.kind in ("sign", "word") and before.text in JOINING:
             return True
@@ -208,15 +209,15 @@ class Cursor:
         return after.kind in ("sign", "word") and after.text in JOINED
 
     def expression(self, *stops: str) -> tuple[int, int]:
-        """Pass over an expression; return where it begins and ends.
+        """Skip an expression; return its start and its end.
 
         It ends at the end of the statement, or at one of the signs or words ``stops``, outside
-        of brackets. In brackets everything belongs to it, new lines too.
+        brackets. Brackets contain everything, including new lines.
         """
         open_: list[str] = []
         first = self.index
-        while self.here.kind != "end":
-            token = self.here
+        while self.current.kind != "end":
+            token = self.current
             if not open_:
                 if self.is_end_of_statement():
                     break
@@ -239,7 +240,7 @@ class Cursor:
         return start, (self.tokens[last - 1].end if last > first else start)
 
     def closing(self) -> int | None:
-        """Return the index of the token that closes the bracket at hand, None where none does."""
+        """Return the index of the token that closes the current bracket, or None."""
         open_: list[str] = []
         for index in range(self.index, len(self.tokens)):
             token = self.tokens[index]
@@ -253,13 +254,13 @@ class Cursor:
                     return index
         return None
 
-    def goes_on(self, index: int) -> bool:
-        """Whether the token behind a closing parenthesis continues the expression."""
+    def continues_expression(self, index: int) -> bool:
+        """Return whether the token after a closing parenthesis continues the expression."""
         token = self.tokens[index]
         return token.kind in ("sign", "word") and token.text in GOES_ON
 
     def skip_statement(self) -> None:
-        """Go to the end of a statement that cannot be read, with the blocks it holds."""
+        """Skip an unreadable statement with its blocks."""
         self.expression()
         while not self.is_end_of_statement():
             self.take()
@@ -267,7 +268,7 @@ class Cursor:
 
 
 def unquoted(text: Text, token: Lexeme) -> Text:
-    """Return what stands in the quotes of a string."""
+    """Return the text between the quotes of a string."""
     inside = text.part(token.start + 1, token.end - 1)
     if "\\" not in inside.value:
         return inside
@@ -275,7 +276,7 @@ def unquoted(text: Text, token: Lexeme) -> Text:
 
 
 def bracketed(text: Text) -> Text | None:
-    """Return what stands in the parentheses that a text consists of; None where it does not."""
+    """Return the text between the outer parentheses; None if they do not enclose the whole text."""
     if not text.value.startswith("("):
         return None
     cursor = Cursor(text.value, lexemes(text.value))
@@ -286,11 +287,11 @@ def bracketed(text: Text) -> Text | None:
 
 
 NO_ZERO = "a string cannot hold the character U+0000"
-WITHOUT_ZERO = "leave it out: strings of C end there, and two would be one"
+WITHOUT_ZERO = "remove it: strings of C end there, so two strings would be equal"
 
 
 def unescape(inside: str) -> str:
-    """Return the value of what stands between the quotes; two halves are one character."""
+    """Return the value of a quoted string; surrogate halves become one character."""
     if "\\" not in inside:
         return inside
     found, i = [], 0

@@ -1,8 +1,8 @@
-"""Statements, one tree: as written its leaves are unread texts, in a Chart they are typed.
+"""The tree of statements: its leaves are unread texts in a Document and typed in a Chart.
 
-YAML and SCXML know the same ones. Reading is in `reading`, writing in `writing`; a Chart's aliases
-are in `fsmkit.chart.statements`. `DocSend` and `DocCancel` hold expressions that are gone when the
-names of events, targets and ids are known, so that a Chart has its own `Send` and `Cancel`.
+YAML and SCXML share it. `reading` reads it, `writing` writes it; the aliases of a Chart are in
+`fsmkit.chart.statements`. The expressions of `DocSend` and `DocCancel` disappear when the names of
+events, targets and ids are known, so a Chart has its own `Send` and `Cancel`.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from fsmkit.emit import guard
 Expr_co = TypeVar("Expr_co", covariant=True)
 """An expression: `Text` as written, `Expr` in a Chart."""
 Array_co = TypeVar("Array_co", covariant=True)
-"""What a loop goes through: `Text`, or a variable or numbers."""
+"""The iterated expression of a loop: `Text`, or a variable or numbers."""
 Place_co = TypeVar("Place_co", covariant=True)
-"""A place that is assigned: `Text`, or `Location`; of a loop `Variable`."""
+"""The left side of an assignment: `Text`, or `Location`; in a loop `Variable`."""
 Name_co = TypeVar("Name_co", covariant=True)
 """The name of an event or a label: `Text`, or an index or a string."""
 Argument_co = TypeVar("Argument_co", covariant=True)
 """A value of a payload: `DocArgument`, or `Expr` in the order of the declaration."""
 Statement_co = TypeVar("Statement_co", covariant=True)
-"""A statement inside of another one."""
+"""A statement inside another one."""
 
 
 ADVICE = "correct it, or remove it"
-"""The way out for content that cannot be read, where no other is known."""
+"""The default advice for unreadable content."""
 
 
 @fast_init
@@ -38,8 +38,8 @@ ADVICE = "correct it, or remove it"
 class Assign(Generic[Place_co, Expr_co]):
     """``location = value``; in a Chart the value has the location's type (see `Convert`).
 
-    ``operator`` is ``+``, ``-`` ... for ``location += value``, as written only. In a Chart the
-    value is the sum; ``sign`` keeps the operator for people to read and has no meaning.
+    ``operator`` is ``+``, ``-`` ... for ``location += value`` as written. In a Chart the value is
+    the sum; ``sign`` keeps the operator for display only.
     """
 
     location: Place_co
@@ -71,7 +71,7 @@ class Raise(Generic[Name_co, Argument_co]):
 @fast_init
 @dataclass(frozen=True, slots=True)
 class DocSend:
-    """Send an event, at once or later. What is absent is None; ``*_expr`` are expressions."""
+    """Send an event, immediately or later. Absent parts are None; ``*_expr`` are expressions."""
 
     span: Span = field(compare=False, repr=False)
     event: Text | None = None
@@ -98,7 +98,7 @@ SENT = (
     ("id", "id_location"),
     ("type", "type_expr"),
 )
-"""Fields of `DocSend`, and those of the expressions or places that stand for them."""
+"""Fields of `DocSend`, each with the field of the expression or location that can replace it."""
 
 
 @fast_init
@@ -114,7 +114,7 @@ class DocCancel:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Log(Generic[Name_co, Expr_co]):
-    """Give the host a label and values."""
+    """Pass a label and values to the host."""
 
     label: Name_co
     values: tuple[Expr_co, ...]
@@ -127,7 +127,7 @@ class Log(Generic[Name_co, Expr_co]):
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Branch(Generic[Expr_co, Statement_co]):
-    """A condition (None for ``else``) and what to do."""
+    """A condition (None for ``else``) and its block."""
 
     condition: Expr_co | None
     body: tuple[Statement_co, ...]
@@ -159,7 +159,7 @@ class ForEach(Generic[Array_co, Place_co, Statement_co]):
 class Local(Generic[Place_co, Expr_co]):
     """``let x = e`` names a value, ``var n type = e`` a variable, until the end of the block.
 
-    ``type`` is as written only. In scripts of ECMAScript both declare and assign data.
+    ``type`` is present only as written. In scripts of ECMAScript both declare and assign data.
     """
 
     place: Place_co
@@ -167,15 +167,15 @@ class Local(Generic[Place_co, Expr_co]):
     span: Span = field(compare=False, repr=False)
     type: Text | None = None
     is_fixed: bool = False
-    """Whether it is written with ``let``."""
+    """True for ``let``."""
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
-class Valued(Generic[Expr_co]):
-    """A word and an expression; in SCXML an element of that name in our namespace, with `expr`.
+class KeywordStatement(Generic[Expr_co]):
+    """A keyword and an expression; in SCXML an element of our namespace with `expr`.
 
-    Reading, writing and formatting such a statement, in both notations, needs its class alone.
+    Reading, writing and formatting such a statement needs only its class, in both notations.
     """
 
     word: ClassVar[str]
@@ -185,7 +185,7 @@ class Valued(Generic[Expr_co]):
 
 @fast_init
 @dataclass(frozen=True, slots=True)
-class Reply(Valued[Expr_co]):
+class Reply(KeywordStatement[Expr_co]):
     """Answer the event being dispatched; a later reply of the same macrostep replaces it."""
 
     word = "reply"
@@ -193,22 +193,25 @@ class Reply(Valued[Expr_co]):
 
 @fast_init
 @dataclass(frozen=True, slots=True)
-class Return(Valued[Expr_co]):
+class Return(KeywordStatement[Expr_co]):
     """The result of a function; it ends its body."""
 
     word = "return"
 
 
-VALUED: dict[str, type[Reply[Text]]] = {Reply.word: Reply}
-"""All of these that stand in handlers, by their words."""
-WORDS: dict[str, type[Reply[Text] | Return[Text]]] = {**VALUED, Return.word: Return}
-"""All of them."""
+HANDLER_KEYWORDS: dict[str, type[Reply[Text]]] = {Reply.word: Reply}
+"""The keyword statements of handlers, by keyword."""
+STATEMENT_KEYWORDS: dict[str, type[Reply[Text] | Return[Text]]] = {
+    **HANDLER_KEYWORDS,
+    Return.word: Return,
+}
+"""All keyword statements, by keyword."""
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class CallOperation(Generic[Expr_co]):
-    """Call an operation for its effect; a result is dropped."""
+    """Call an operation for its effect; its result is dropped."""
 
     call: Expr_co
     span: Span = field(compare=False, repr=False)
@@ -217,7 +220,7 @@ class CallOperation(Generic[Expr_co]):
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Super:
-    """``super``: here stand the statements of the base chart."""
+    """``super``: insert the statements of the base chart."""
 
     span: Span = field(compare=False, repr=False)
 
@@ -225,16 +228,16 @@ class Super:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Fail:
-    """Content that cannot be read or evaluated: executing it is ``error.execution`` (SCXML 4).
+    """Content that cannot be read or evaluated: executing it raises ``error.execution`` (SCXML 4).
 
-    ``is_raised``: the statement before has raised the error, and there is no other.
+    ``is_raised``: the previous statement already raised the error.
     """
 
     reason: str
     span: Span = field(compare=False, repr=False)
     is_raised: bool = False
     advice: str = field(default=ADVICE, compare=False)
-    """How to make it readable."""
+    """How to fix it."""
 
     def __post_init__(self) -> None:
         guard(self, "reason", "advice")
@@ -261,11 +264,11 @@ Block = tuple[WrittenStatement, ...]
 
 
 NESTING = (If, ForEach)
-"""The statements that hold others."""
+"""The statements that contain others."""
 
 
 def bodies(statement: object) -> tuple[tuple[Any, ...], ...]:
-    """Return the blocks inside of a statement, written or typed."""
+    """Return the blocks inside a statement, written or typed."""
     match statement:
         case If(branches):
             return tuple(branch.body for branch in branches)
@@ -276,7 +279,7 @@ def bodies(statement: object) -> tuple[tuple[Any, ...], ...]:
 
 
 def statements(block: tuple[Statement_co, ...]) -> Iterator[Statement_co]:
-    """Return the statements of a handler, those inside of others too."""
+    """Yield the statements of a handler, nested ones included."""
     for statement in block:
         yield statement
         if statement.__class__ in NESTING:
@@ -290,7 +293,7 @@ def statements(block: tuple[Statement_co, ...]) -> Iterator[Statement_co]:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class DocField:
-    """``name type``. The type is absent where it is to be inferred (SCXML)."""
+    """``name type``. The type is absent if it is inferred (SCXML)."""
 
     name: Text
     type: Text | None

@@ -1,4 +1,4 @@
-"""Statements as text again: what reads back as the same statements."""
+"""Writing of statements as text that reads back as the same statements."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ ONE_STRING = re.compile(STRING)
 
 
 def write_statements(block: stmt.Block) -> str:
-    """Return statements as text, one a line; reading it gives an equal block."""
+    """Return statements as text, one per line; reading it gives an equal block."""
     return "\n".join(_lines(block, ""))
 
 
 def write_body(block: stmt.Block) -> str:
-    """Return the body of a function: the expression alone where that is all it returns."""
+    """Return the body of a function; a single ``return`` is written as its expression."""
     match block:
         case (stmt.Return(value),) if is_value(_one_line(value)):
             return _one_line(value)
@@ -58,11 +58,11 @@ def _lines(block: stmt.Block, margin: str) -> Iterator[str]:
                 yield from _lines(body, margin + "  ")
                 yield margin + "}"
             case _:
-                yield margin + _ended(_line(statement))
+                yield margin + _terminate(_line(statement))
 
 
-def _ended(line: str) -> str:
-    """Return a statement so that the next line does not go on with it."""
+def _terminate(line: str) -> str:
+    """Return a statement such that the next line does not continue it."""
     *_, last, _ = (Lexeme("", "", 0), *lexemes(without_comments(line)))
     return f"{line};" if last.kind in ("sign", "word") and last.text in JOINING else line
 
@@ -76,10 +76,10 @@ def _line(statement: stmt.WrittenStatement) -> str:
         case stmt.DocSend():
             return _send(statement)
         case stmt.DocCancel(id_, id_expr):
-            return f"cancel {_either(id_, id_expr)}"
+            return f"cancel {_name_or_expression(id_, id_expr)}"
         case stmt.Log(label, values):
             return _log(label, values)
-        case stmt.Valued(value):
+        case stmt.KeywordStatement(value):
             return f"{statement.word} {_one_line(value)}"
         case stmt.Local(place, value, _, type_, is_fixed):
             word = "let" if is_fixed else "var"
@@ -98,7 +98,7 @@ def _line(statement: stmt.WrittenStatement) -> str:
 
 
 def _one_line(text: Text) -> str:
-    """Return an expression without comments and new lines outside its strings."""
+    """Return an expression without comments and without new lines outside its strings."""
     if "\n" not in text.value:
         return text.value
     return NEW_LINES.sub(lambda m: m[1] if m[1] is not None else " ", without_comments(text.value))
@@ -112,7 +112,7 @@ def _name(text: Text) -> str:
     return text.value if PLAIN_NAME.fullmatch(text.value) else _quoted(text.value)
 
 
-def _either(name: Text | None, expression: Text | None) -> str:
+def _name_or_expression(name: Text | None, expression: Text | None) -> str:
     if expression is not None:
         return f"({_one_line(expression)})"
     return "" if name is None else _name(name)
@@ -130,7 +130,7 @@ def _arguments(arguments: tuple[stmt.DocArgument, ...]) -> str:
 
 
 def _send(send: stmt.DocSend) -> str:
-    event = _either(send.event, send.event_expr)
+    event = _name_or_expression(send.event, send.event_expr)
     if event in CLAUSES:
         event = _quoted(event)
     words = [" ".join(filter(None, ["send", event])) + _arguments(send.arguments)]
@@ -141,7 +141,7 @@ def _send(send: stmt.DocSend) -> str:
     )
     for word, name, expression in pairs:
         if name is not None or expression is not None:
-            words.append(f"{word} {_either(name, expression)}")
+            words.append(f"{word} {_name_or_expression(name, expression)}")
     if send.delay is not None:
         is_plain = LITERAL_DELAY.fullmatch(send.delay.value)
         words.append(f"after {send.delay.value if is_plain else _quoted(send.delay.value)}")
@@ -168,13 +168,14 @@ def _log(label: Text | None, values: tuple[Text, ...]) -> str:
 
 
 def _condition(condition: Text) -> str:
-    """Return a condition, in one more pair of parentheses where reading would end it too soon.
+    """Return a condition, with additional parentheses where reading would end it too early.
 
-    That is where it has a brace, or where what follows its first pair looks like a statement.
+    That is the case if it contains a brace, or if the text after its first pair looks like a
+    statement.
     """
     text = _one_line(condition)
     cursor = Cursor(text, lexemes(text))
     closing = cursor.closing() if text.startswith("(") else None
-    is_cut = closing is not None and not cursor.goes_on(closing + 1)
+    is_cut = closing is not None and not cursor.continues_expression(closing + 1)
     cursor.expression("{")
-    return f"({text})" if is_cut or cursor.here.kind != "end" else text
+    return f"({text})" if is_cut or cursor.current.kind != "end" else text

@@ -8,7 +8,7 @@ from typing import assert_never
 import fsmkit.language as lang
 from fsmkit.chart import statements as stmt
 from fsmkit.chart.chart import Transition
-from fsmkit.language.evaluation import rounds
+from fsmkit.language.evaluation import iterate
 from fsmkit.language.walk import root
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter import timers
@@ -166,7 +166,7 @@ def _for_each(
     g: Globals, statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement]
 ) -> None:
     """Iterate over a copy of the array (SCXML 4.6); an error ends the block."""
-    for element, place in rounds(statement, g):
+    for element, place in iterate(statement, g):
         assign(g, statement.item, element)
         if statement.index is not None:
             assign(g, statement.index, place)

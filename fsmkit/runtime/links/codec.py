@@ -8,7 +8,7 @@ from enum import Enum
 from functools import cached_property
 
 import fsmkit.language as lang
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 from fsmkit.system.deployment.event_map import LEVELS, EventMap
 
 MAGIC = b"FK"
@@ -53,7 +53,7 @@ class Frame:
 
 def bounds(type_: lang.Type) -> tuple[int, int] | None:
     """Return the minimum and maximum integer code of a type, or None for floats."""
-    found = of_type(type_)
+    found = integer_bounds(type_)
     if found is None and not isinstance(type_, lang.FloatType):
         raise ValueError(f"`{type_}` does not cross nodes")
     return found

@@ -14,11 +14,11 @@ import msgspec
 
 from fsmkit.chart.analysis.decisions import Outcomes, Shape, shape_of
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.format import spell_trigger
+from fsmkit.chart.format import format_trigger
 from fsmkit.diagnostics import Span, fail
 from fsmkit.document.document import Origin
 from fsmkit.emit import plain
-from fsmkit.language import Environment, Expr, Value, spell
+from fsmkit.language import Environment, Expr, Value, format_expression
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.snapshot import Entered, InvokedMacrostep, Macrostep, Taken
 from fsmkit.testing.coverage.decisions import is_whole, numbers, observe, stored_outcomes
@@ -180,10 +180,10 @@ def _decision(counts: Counts, transition: Transition) -> Decision:
     tick = chart.capacities.tick
     return Decision(
         number,
-        spell(guard, tick),
+        format_expression(guard, tick),
         place_of(transition.span),
         shape,
-        tuple(spell(condition, tick) for condition in conditions),
+        tuple(format_expression(condition, tick) for condition in conditions),
         counts.decided[number, True],
         counts.decided[number, False],
         _sorted(counts.outcomes.get(number, {})),
@@ -200,7 +200,7 @@ def transition_text(chart: Chart, transition: Transition) -> str:
     source = chart.states[transition.source].id or chart.name
     targets = ", ".join(chart.states[t].id for t in transition.targets)
     goes = f" -> {targets}" if targets else ""
-    return " ".join(f"{source} {spell_trigger(transition, chart)}{goes}".split())
+    return " ".join(f"{source} {format_trigger(transition, chart)}{goes}".split())
 
 
 def place_of(span: Span) -> Place:

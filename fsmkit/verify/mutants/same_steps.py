@@ -14,7 +14,7 @@ from functools import cached_property
 
 from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Kind
-from fsmkit.language.format import spell_value
+from fsmkit.language.format import format_value
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.run import step_timer
 from fsmkit.system.shared import has_data_trigger, resting_states
@@ -191,7 +191,7 @@ class LocalBehaviour:
         """Yield the lines of a differing step."""
         chart = self._closed.charts[self._machine]
         data = ", ".join(
-            f"{variable.name} = {spell_value(value, variable.type)}"
+            f"{variable.name} = {format_value(value, variable.type)}"
             for variable, value in zip(chart.data, seen.before.data, strict=False)
             if value != variable.init.value
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.chart.content import all_statements
-from fsmkit.chart.format import spell_signature
+from fsmkit.chart.format import format_signature
 from fsmkit.chart.statements import Assign
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.language import Storage, Variable
@@ -117,7 +117,7 @@ def _waiting(closed: ClosedSystem, share: _Share) -> tuple[str, ...]:
         link.event for link in closed.system.event_links if link.target == share.machine
     }
     events = [event for event in share.chart.events if event.index in found]
-    return tuple(spell_signature(e.name, e.fields, None) if e.fields else e.name for e in events)
+    return tuple(format_signature(e.name, e.fields, None) if e.fields else e.name for e in events)
 
 
 def _payload_count(closed: ClosedSystem, share: _Share, waiting: int) -> int:

@@ -11,7 +11,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.chart.format import spell_trigger
+from fsmkit.chart.format import format_trigger
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Trigger
 from fsmkit.emit.lines import one_line
@@ -217,7 +217,7 @@ def text_of(closed: ClosedSystem, item: Item) -> str:
     source = chart.states[transition.source].id or chart.name
     targets = ", ".join(chart.states[t].id for t in transition.targets)
     goes = f" -> {targets}" if targets else ""
-    return f"{before}{source} {spell_trigger(transition, chart)}{goes}".replace("  ", " ")
+    return f"{before}{source} {format_trigger(transition, chart)}{goes}".replace("  ", " ")
 
 
 def coverage_line(cover: Cover) -> str:

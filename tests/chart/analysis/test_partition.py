@@ -10,7 +10,7 @@ import pytest
 
 from fsmkit.chart.analysis import partition
 from fsmkit.chart.analysis.partition import Place, Values, _At, _Flows
-from fsmkit.chart.statements import Valued
+from fsmkit.chart.statements import KeywordStatement
 from fsmkit.diagnostics import Source, Span
 from fsmkit.language import BOOL, BinaryOp, Expr, Literal
 from fsmkit.runtime.interpreter.snapshot import Snapshot
@@ -146,7 +146,7 @@ def test_random_systems_have_the_verdicts_and_states_of_full_enumeration(
 
 
 @dataclass(frozen=True)
-class Require(Valued[Expr]):
+class Require(KeywordStatement[Expr]):
     """A statement that the analysis does not know."""
 
     word = "require"
@@ -209,7 +209,7 @@ def wires_unread(patch: pytest.MonkeyPatch) -> None:
 
 def bounds_unread(patch: pytest.MonkeyPatch) -> None:
     """Saturation changes nothing."""
-    patch.setattr(partition, "of_type", lambda _: None)
+    patch.setattr(partition, "integer_bounds", lambda _: None)
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.drawing.drawing import Drawing
 from fsmkit.chart.drawing.states.labels import MOST_LINES, WIDTH, box_lines, is_inside, label
 from fsmkit.chart.elaborate import elaborate
-from fsmkit.chart.format import spell_statement
+from fsmkit.chart.format import format_statement
 from fsmkit.chart.loading import load
 from fsmkit.diagnostics import Findings
 from fsmkit.document.document import Document, Kind, Trigger
@@ -170,7 +170,7 @@ def test_assignments_are_drawn_as_they_are_written(tmp_path: Path, sign: str, va
     )
     path.write_text(f"{text}  a: {{on: {{go: {{do: {'; '.join(statements)}}}}}}}\n")
     chart = load(path)
-    spelled = [spell_statement(each, chart) for each in chart.transitions[1].content]
+    spelled = [format_statement(each, chart) for each in chart.transitions[1].content]
     assert spelled[0] == statements[0]
     assert "=" in spelled[1]
     assert f"{sign}=" not in spelled[1]

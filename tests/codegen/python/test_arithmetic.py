@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fsmkit.language import BinaryOp, IntType, Overflow
 from fsmkit.language.arithmetic import compute, exact
-from fsmkit.language.conversion import rounded, within
+from fsmkit.language.conversion import bring_within, round_float
 from fsmkit.runtime.python import arithmetic
 
 INTEGERS = st.integers(-(2**64), 2**64)
@@ -32,12 +32,12 @@ def test_division_by_zero_is_a_content_error() -> None:
 
 @given(FLOATS)
 def test_binary32_is_rounded_alike(value: float) -> None:
-    assert repr(arithmetic.single(value)) == repr(rounded(value, 32))
+    assert repr(arithmetic.single(value)) == repr(round_float(value, 32))
 
 
 @given(FLOATS, st.integers(-1000, 1000), st.integers(0, 1000))
 def test_floats_become_integers_alike(value: float, lo: int, size: int) -> None:
-    expected, is_outside = within(value, IntType(lo, lo + size, Overflow.SATURATE))
+    expected, is_outside = bring_within(value, IntType(lo, lo + size, Overflow.SATURATE))
     number = arithmetic.truncate(value, lo, lo + size)
     assert min(max(number, lo), lo + size) == expected
     assert (not lo <= number <= lo + size) == is_outside

@@ -32,7 +32,7 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter, Namer, printing
 from fsmkit.emit.c import comment, quoted
 from fsmkit.language import BoolType, IntType
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 from fsmkit.language.types import Type
 from fsmkit.system.machine import port_fields
 
@@ -518,7 +518,7 @@ class _Source:
         else:
             assert port.call is not None  # noqa: S101  (the reader requires one of both)
             text = printer.query(port.call)
-            span = of_type(result)
+            span = integer_bounds(result)
             if not isinstance(result, BoolType) and span is not None:
                 text = f"fsm_io_clamp({text}, {number_of(span[0])}, {number_of(span[1])})"
         cast = "" if isinstance(result, BoolType) else f"({passed_type(result, names)})"

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.chart.drawing.states.boxes import is_box
-from fsmkit.chart.format import spell_block, spell_statement, spell_trigger
+from fsmkit.chart.format import format_block, format_statement, format_trigger
 from fsmkit.chart.statements import Block, If, Statement
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.emit import telling
-from fsmkit.language import Binary, BinaryOp, Expr, spell
+from fsmkit.language import Binary, BinaryOp, Expr, format_expression
 
 WIDTH = 26
 """Characters of a line beside an arrow; more makes the drawing wide, fewer makes it tall."""
@@ -55,7 +55,7 @@ def trigger(chart: Chart, transition: Transition) -> str:
     """Return what makes a transition be looked at; nothing for eventless and default ones."""
     if transition.trigger in (Trigger.EVENTLESS, Trigger.INITIAL):
         return ""
-    text = spell_trigger(transition, chart).removeprefix("on ")
+    text = format_trigger(transition, chart).removeprefix("on ")
     name, written = transition.delay_name, transition.delay_text
     if transition.least is not None or transition.trigger is Trigger.EVENT:
         return text
@@ -73,7 +73,7 @@ def guard(chart: Chart, transition: Transition, width: int = WIDTH) -> tuple[str
         is_else = source.kind is Kind.CHOICE and len(source.transitions) > 1
         return ("[else]",) if is_else else ()
     tick = chart.capacities.tick
-    pieces = [spell(part, tick) for part in _conjuncts(transition.guard)]
+    pieces = [format_expression(part, tick) for part in _conjuncts(transition.guard)]
     if len(pieces) == 1:
         return wrapped(f"[{pieces[0]}]", width, " ")
     return wrapped(f"[{' and '.join(_bracketed(p) for p in pieces)}]", width, " ")
@@ -96,7 +96,7 @@ def actions(head: str, block: Block, chart: Chart, width: int) -> tuple[str, ...
     line = head
     for number, statement in enumerate(block, 1):
         end = "" if number == len(block) else ";"
-        text = spell_statement(statement, chart) + end
+        text = format_statement(statement, chart) + end
         is_fresh = line in (head, MARGIN)
         if not is_fresh and len(line) + 1 + len(text) > width:
             lines += wrapped(line, width, MARGIN)
@@ -117,7 +117,7 @@ def _branches(
     for branch in statement.branches:
         opening = head if not lines else f"{MARGIN}}} else "
         if branch.condition is not None:
-            opening += f"if {spell(branch.condition, chart.capacities.tick)} "
+            opening += f"if {format_expression(branch.condition, chart.capacities.tick)} "
         lines += wrapped(opening + "{", width, MARGIN * 2)
         inner = actions(MARGIN, branch.body, chart, width - len(MARGIN))
         lines += (MARGIN + line for line in inner)
@@ -182,7 +182,7 @@ def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
         events = ", ".join(chart.events[event].name for event in state.defer)
         lines += wrapped(f"defer {events}", STATE_WIDTH, MARGIN)
     if state.invariant is not None:
-        text = spell(state.invariant, chart.capacities.tick)
+        text = format_expression(state.invariant, chart.capacities.tick)
         lines += wrapped(f"invariant {text}", STATE_WIDTH, MARGIN)
     return tuple(lines)
 
@@ -206,7 +206,7 @@ def _reaction(chart: Chart, transition: Transition) -> tuple[str, ...]:
     head = " ".join(part for part in parts if part)
     if not transition.content:
         return wrapped(f"{head} /", STATE_WIDTH, MARGIN)
-    content = spell_block(transition.content, chart)
+    content = format_block(transition.content, chart)
     if len(head) + 3 + len(content) <= STATE_WIDTH:
         return (f"{head} / {content}",)
     return cut(

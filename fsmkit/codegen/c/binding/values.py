@@ -15,7 +15,7 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.existing_c.model import BoundType
 from fsmkit.emit import Emitter, plain
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 
 GREATEST_SIGNED = 2**63 - 1
 WIDEST = ((-GREATEST_SIGNED - 1, GREATEST_SIGNED), (0, 2 * GREATEST_SIGNED + 1))
@@ -101,7 +101,7 @@ class Values:
 
     def within(self, type_: lang.Type, text: str, rejected: str) -> str:
         """Return the call that keeps a number within the range of its type, as that is stored."""
-        interval = of_type(type_)
+        interval = integer_bounds(type_)
         assert interval is not None  # noqa: S101  (a number)
         lo, hi = interval
         if interval in WIDEST:

@@ -25,7 +25,7 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.statements import Choice, Loop, StatementPrinter
 from fsmkit.emit import Emitter
 from fsmkit.emit.c import comment, quoted
-from fsmkit.language.evaluation import rounds_of
+from fsmkit.language.evaluation import iteration_count
 
 ROUTES = {
     stmt.Destination.SELF: "SELF",
@@ -329,7 +329,7 @@ class ContentPrinter(StatementPrinter):
         names, out, printer = self._names, self.out, self.printer
         array, number = statement.array, len(self.copies)
         self.copies.append((array.type, f"copy_{number}"))
-        length = rounds_of(statement)
+        length = iteration_count(statement)
         out.open("{")
         if isinstance(array, lang.Numbers):
             ctype = storage(statement.item.type, names.records).text

@@ -204,10 +204,10 @@ class Printer(Operators, lang.Walk[Fragment]):
 
     # --- what is counted ------------------------------------------------------------------
 
-    def watched(self, expr: lang.Watched | lang.Decided) -> Fragment:
+    def watched(self, expr: lang.CoveredCondition | lang.CoveredGuard) -> Fragment:
         """Print a counted condition, or a counted guard."""
         own, failed = self.names.own, "NULL"
-        if isinstance(expr, lang.Watched):
+        if isinstance(expr, lang.CoveredCondition):
             inner = self.fragment(expr.operand).text
             return Fragment(f"fsm_{own}_note({inner}, {expr.bit}u)", "bool")
         if can_fail(expr.operand):
@@ -235,7 +235,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         ``true`` and ``false`` go on where the part is that, by what the way has added up to.
         """
         match part:
-            case lang.Watched(operand, added):
+            case lang.CoveredCondition(operand, added):
                 test = self.fragment(operand).at(OR)
                 return f"({test} ? {true(way)} : {false(way + added)})"
             case lang.Unary(lang.UnaryOp.NOT, operand):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import fsmkit.language as lang
 from fsmkit.codegen.c.storage import storage
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 
 if TYPE_CHECKING:
     from fsmkit.codegen.c.names import Names
@@ -66,7 +66,7 @@ def wrapping(type_: lang.IntType) -> str:
 
 def interval(type_: lang.Type | None) -> lang.IntType:
     """Return the integers that a value of a discrete type is stored as."""
-    found = (0, 65535) if isinstance(type_, lang.SymbolType) else of_type(type_)
+    found = (0, 65535) if isinstance(type_, lang.SymbolType) else integer_bounds(type_)
     assert found is not None  # noqa: S101  (discrete)
     return lang.IntType(*found)
 

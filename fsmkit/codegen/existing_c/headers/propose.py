@@ -25,7 +25,7 @@ from fsmkit.codegen.existing_c.headers.model import (
 )
 from fsmkit.codegen.existing_c.headers.words import alike, likeness
 from fsmkit.emit import plain
-from fsmkit.language.conversion import of_type
+from fsmkit.language.conversion import integer_bounds
 
 MOST_NAMED = 5
 """Candidates that a remark names."""
@@ -204,7 +204,7 @@ def _takes(ctype: CType, type_: lang.Type) -> bool:
         return False
     if isinstance(type_, lang.BoolType) and ctype.sort in (Sort.BOOL, Sort.INTEGER, Sort.ENUM):
         return True
-    interval = of_type(type_)
+    interval = integer_bounds(type_)
     if interval is None or ctype.sort is Sort.FLOAT:
         return ctype.sort is Sort.FLOAT
     return ctype.lo <= interval[0] and interval[1] <= ctype.hi

@@ -20,7 +20,7 @@ from typing import Any
 
 from fsmkit.chart.chart import Chart, Data
 from fsmkit.language import ArrayType, Element, IntType, Literal, Type, Value, Variable, fold
-from fsmkit.language.walk import fields_held, held
+from fsmkit.language.walk import child_fields, child_getter
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.machine import Machine
 from fsmkit.system.properties.condition import Atom
@@ -179,7 +179,7 @@ def _note(node: object, into: dict[str, list[int] | None]) -> None:
             left.append(part.index)
         elif kind is Variable:
             _join(into, part.name, None)
-        elif (take := held(kind)) is not None:
+        elif (take := child_getter(kind)) is not None:
             left += take(part)[::-1]
 
 
@@ -240,7 +240,7 @@ def _renumber(node: Any, used: Used) -> Any:
         literal = Literal(place, IntType(place, place), node.index.span)
         return replace(node, array=array, index=literal)
     changes = {}
-    for name in fields_held(kind):
+    for name in child_fields(kind):
         part = getattr(node, name)
         changed = _renumber(part, used)
         if changed is not part:

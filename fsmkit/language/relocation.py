@@ -1,7 +1,7 @@
-"""What was read of a text, at the places where the text stands.
+"""Relocation: trees that were read from a text, copied to each location of that text.
 
-Charts write the same statements and expressions again and again. Each is read once, at places in
-the text itself (`detached`); for each place where it stands the tree is copied there (`placed`).
+Charts repeat the same statements and expressions. Each is read once, with offsets in the text
+itself as locations (`detach`). For each occurrence, `relocate` copies the tree to its location.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ BARE = re.compile(
     r"(?:str|int|bool|float|None|tuple|range|FunctionBody|Type|Value|UnaryOp|BinaryOp|Storage"
     r"|[][,.| ])+"
 )
-"""The type of a field that holds neither nodes nor places."""
+"""Types of fields that hold neither nodes nor locations."""
 
 
-def detached(value: str) -> Text:
-    """Return a text whose places are offsets in it."""
+def detach(value: str) -> Text:
+    """Return a text whose locations are offsets in the text itself."""
     return Text(value, Span(Source("", value), 0, len(value)))
 
 
-def placed(tree: Tree, at: Text) -> Tree:
-    """Return a tree read of the `detached` value of a text at the places of the text itself."""
-    copy: Tree = _placed(tree, at)
+def relocate(tree: Tree, at: Text) -> Tree:
+    """Return a tree, read from a `detach`ed text, with the locations of `at`."""
+    copy: Tree = _relocate(tree, at)
     return copy
 
 
-def _placed(part: Any, at: Text) -> Any:
+def _relocate(part: Any, at: Text) -> Any:
     kind = part.__class__
     if kind is Span:
         return at.span_of(part.start, part.end)
     if kind is tuple:
-        return tuple([_placed(each, at) for each in part]) if part else part
+        return tuple([_relocate(each, at) for each in part]) if part else part
     if kind is Text:
-        return _placed_text(part, at)
-    copy = _copying(kind)
+        return _relocate_text(part, at)
+    copy = _relocator(kind)
     return part if copy is None else copy(part, at)
 
 
-def _placed_text(part: Text, at: Text) -> Text:
+def _relocate_text(part: Text, at: Text) -> Text:
     start, end = part.span.start, part.span.end
     if part.offsets is not None:
         places = at.offsets or range(at.span.start, at.span.end)
@@ -58,29 +58,28 @@ def _placed_text(part: Text, at: Text) -> Text:
 
 
 @cache
-def _copying(kind: type[Any]) -> Callable[[Any, Text], Any] | None:
-    """Return how to copy a node of a class to other places; None for what has none.
+def _relocator(kind: type[Any]) -> Callable[[Any, Text], Any] | None:
+    """Return the function that copies nodes of a class elsewhere; None for other classes.
 
-    It is made of the fields of the class, as a dataclass makes its own methods: this is the
-    innermost loop of reading a chart.
+    It is generated from the fields of the class: this is the innermost loop of reading a chart.
     """
     if not is_dataclass(kind) or issubclass(kind, Type):
         return None
-    values = ", ".join(_copied(field.name, str(field.type)) for field in fields(kind))
-    scope = {"kind": kind, "placed": _placed}
+    values = ", ".join(_field_expression(field.name, str(field.type)) for field in fields(kind))
+    scope = {"kind": kind, "placed": _relocate}
     copy: Callable[[Any, Text], Any] = eval(f"lambda part, at: kind({values})", scope)  # noqa: S307
     return copy
 
 
-def _copied(name: str, type_: str) -> str:
-    """Return the expression of a field of a copy; ``name`` is that of a field of a class."""
+def _field_expression(name: str, type_: str) -> str:
+    """Return the expression that copies a field; ``name`` is the name of the field."""
     if type_ == "Span":
         return f"at.span_of(part.{name}.start, part.{name}.end)"
     return f"part.{name}" if BARE.fullmatch(type_) else f"placed(part.{name}, at)"
 
 
-def values_of(names: tuple[str, ...]) -> Callable[[Any], tuple[Any, ...]]:
-    """Return how to take the values of some fields of a node, fast."""
+def field_getter(names: tuple[str, ...]) -> Callable[[Any], tuple[Any, ...]]:
+    """Return a fast function that reads some fields of a node."""
     if len(names) > 1:
         return attrgetter(*names)
     return lambda node: tuple(getattr(node, name) for name in names)
