@@ -182,7 +182,7 @@ def _host(
     prefix = name
     others: tuple[doc.DocState, ...] = ()
     if name == "axis":
-        state = replace(state, each=text("i in 0..2"))
+        state = replace(state, index_range=text("i in 0..2"))
         prefix = "axis.0"
     else:
         others = (replace(state, id=text("other")),)

@@ -179,7 +179,7 @@ class _Host:
             PLACE,
             use=use,
             initial=initial,
-            each=text("i in 0..1") if is_array else None,
+            index_range=text("i in 0..1") if is_array else None,
         )
         element = f"{name}.{choices.integer(0, 1)}" if is_array else name
         self._place(state)

@@ -17,8 +17,8 @@ from fsmkit.diagnostics.paths import is_file
 from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
 from fsmkit.document.front_ends import ObjectReader, Reader
-from fsmkit.document.project import resolved
-from fsmkit.document.python_objects import imported, is_reference
+from fsmkit.document.project import resolve_name
+from fsmkit.document.python_objects import import_object, is_reference
 from fsmkit.document.walk import states
 from fsmkit.plugins import plugin_for, plugins
 
@@ -241,7 +241,7 @@ def searched(file: Path, name: str, own: Path) -> Path:
     texts = TEXTS.get()
     if texts is not None and texts.content(own) is not None:
         return own
-    return resolved(file, name, own)
+    return resolve_name(file, name, own)
 
 
 def real(path: Path) -> Path:
@@ -288,7 +288,7 @@ def _read_file(path: Path, findings: Findings, at: Text | None) -> Document | No
 
 def read_object(reference: str, findings: Findings) -> Document | None:
     """Return the document of an object ``module:attribute``; its module is imported, and so run."""
-    found = imported(reference)
+    found = import_object(reference)
     for reader in plugins(ObjectReader):
         document = reader.read_object(found, reference, findings)
         if document is not None:

@@ -1,4 +1,4 @@
-"""Documents: names and unread text in, each with its place; statements and declarations out.
+"""Documents: the content of one file, as names and unread texts with locations.
 
-One Document for each file, the same for all notations. Nothing is resolved yet: no type, no target.
+All notations share the class. Nothing is resolved yet: no type, no target.
 """

@@ -1,7 +1,7 @@
-"""The Document: what was written, in one file. Names and unread text, each with its place.
+"""The Document: the content of one file, as names and unread texts with locations.
 
-Front ends make Documents and writers write them; nothing else reads source text. Statements are
-structured (both notations know the same ones), expressions are still text.
+Front ends read and write Documents; nothing else reads source text. Statements are structured (both
+notations share them), expressions are still text.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from fsmkit.language.statements.tree import Block, DocArgument, DocField
 
 
 class Kind(Enum):
-    """What a state is. `COMPOUND` and `ATOMIC` differ only in having children."""
+    """The kind of a state. `COMPOUND` and `ATOMIC` differ only in having children."""
 
     ATOMIC = "atomic"
     COMPOUND = "compound"
@@ -32,7 +32,7 @@ HISTORIES = (Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)
 
 
 class Origin(Enum):
-    """Where an item of a derived chart comes from."""
+    """The origin of an item of a derived chart."""
 
     OWN = "own"
     INHERITED = "inherited"
@@ -40,18 +40,18 @@ class Origin(Enum):
 
 
 class Trigger(Enum):
-    """What makes a transition be looked at."""
+    """The trigger of a transition."""
 
     EVENT = "event"
     EVENTLESS = "eventless"
     AFTER = "after"
     """Once, a delay after its source state was entered."""
     EVERY = "every"
-    """Again and again, a delay after its source state was entered or it last fell due."""
+    """Repeatedly, a delay after its source state was entered or its timer last expired."""
     SOMETIMES = "sometimes"
     """At any time: only for charts that describe an environment."""
     INITIAL = "initial"
-    """Of an initial pseudo-state or the default of a history; always taken."""
+    """The transition of an initial pseudo-state or the default of a history; always taken."""
 
 
 # --- declarations -----------------------------------------------------------------------------
@@ -81,13 +81,13 @@ class DocType:
     members: tuple[DocMember, ...] = ()
     fields: tuple[DocField, ...] = ()
     same: Text | None = None
-    """The type that it is another name of."""
+    """The type that this is another name for."""
     origin: Origin = Origin.OWN
 
 
 @dataclass(frozen=True, slots=True)
 class DocFunction:
-    """A function: its statements, of which one that only returns is written as its value."""
+    """A function and its statements; one that only returns is written as its value."""
 
     name: Text
     parameters: tuple[DocField, ...]
@@ -126,7 +126,7 @@ class DocOperation:
 
 
 class Direction(Enum):
-    """Which way a declared event travels."""
+    """The direction of a declared event."""
 
     IN = "in"
     OUT = "out"
@@ -161,9 +161,9 @@ class DocCapacity:
 class DocTransition:
     """A transition as written.
 
-    ``first`` and ``override`` are read only in a derived chart: ``first`` puts an own transition
-    before the inherited ones, ``override`` is ``true`` or the id of the one it changes.
-    ``content`` None means none was given (in an override: keep the base's).
+    ``first`` and ``override`` apply only in a derived chart. ``first`` puts a transition before the
+    inherited ones; ``override`` is ``true`` or the id of the replaced one. ``content`` is None if
+    absent (in an override: keep the base's).
     """
 
     trigger: Trigger
@@ -177,20 +177,20 @@ class DocTransition:
     id: Text | None = None
     watchdog: bool = False
     ordered: bool = False
-    """The order of overlapping transitions is meant: no ``nondeterministic-choice``."""
+    """The order of overlapping transitions is intended: no ``nondeterministic-choice``."""
     first: bool = False
     override: Text | None = None
     origin: Origin = Origin.OWN
     super_guards: tuple[Text | None, ...] = ()
-    """The guards this one replaces by inheritance, nearest base first: what ``super`` means."""
+    """The guards that this one replaces, nearest base first: the meaning of ``super``."""
 
 
 @dataclass(frozen=True, slots=True)
 class DocInvoke:
     """An invoked chart (SCXML 6.4).
 
-    ``types`` and ``sources`` are all values of the expressions, each with its condition. ``loaded``
-    holds the charts by source, each with its bases; an inline one under the empty name.
+    ``types`` and ``sources`` list all values of the expressions, each with its condition.
+    ``loaded`` holds the charts by source, each with its bases; an inline chart has an empty name.
     """
 
     span: Span = field(compare=False, repr=False)
@@ -215,7 +215,7 @@ class DocInvoke:
 
 @dataclass(frozen=True, slots=True)
 class DocExit:
-    """What follows an exit point of a used chart: eventless transitions, as those of a choice."""
+    """The continuation of an exit point of a used chart: eventless transitions, as in a choice."""
 
     name: Text
     transitions: tuple[DocTransition, ...]
@@ -223,12 +223,12 @@ class DocExit:
 
 @dataclass(frozen=True, slots=True)
 class DocUse:
-    """The chart that fills a state, and how it is joined with the one around it.
+    """The chart that fills a state, and its bindings.
 
     ``chart`` is its file; None under ``refine``, where an inherited use is changed. ``constants``
-    and ``start`` are values of its constants and start values of its data, ``bind`` says what its
-    names are here. ``reset``: default entry sets the start values again. ``loaded`` holds the chart
-    and those it extends, nearest first.
+    and ``start`` are values of its constants and start values of its data. ``bind`` maps its names
+    to names here. ``reset``: default entry sets the start values again. ``loaded`` holds the chart
+    and its bases, nearest first.
     """
 
     span: Span = field(compare=False, repr=False)
@@ -252,11 +252,11 @@ class DocEntry:
 
 @dataclass(frozen=True, slots=True)
 class DocProperty:
-    """What shall hold of the chart, as written; `fsmkit.system.properties` gives it a meaning.
+    """A property of the chart, as written; `fsmkit.system.properties` interprets it.
 
-    ``first`` and ``then`` are its conditions, ``time`` the duration between them; of a monitor
-    ``first`` is its chart and ``watch`` the lines of what it sees. A ``kind`` that needs no
-    condition has none of these.
+    ``first`` and ``then`` are its conditions, ``time`` the duration between them. For a monitor,
+    ``first`` is its chart and ``watch`` lists its observations. A ``kind`` without conditions has
+    none of these.
     """
 
     name: Text
@@ -270,9 +270,9 @@ class DocProperty:
 
 @dataclass(frozen=True, slots=True)
 class DocEnvironment:
-    """What can come to the chart when it is explored alone: events, and inputs that change.
+    """The environment of a chart that is explored alone: events, and inputs that change.
 
-    ``may``: at any time. ``will``: the same, and some time it does, if it stays possible.
+    ``may``: at any time. ``will``: the same, and eventually, if it stays possible.
     """
 
     may: tuple[Text, ...] = ()
@@ -281,17 +281,17 @@ class DocEnvironment:
 
 
 REPLACEABLE = ("entry", "exit", "initial", "default", "invariant", "use", "exits")
-"""What of an inherited state a mark replaces; ``default`` is the one of a history."""
+"""Properties of an inherited state that a mark replaces; ``default`` is that of a history."""
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class DocState:
-    """A state as written; under ``refine`` a change of an inherited one, found by its id.
+    """A state as written; under ``refine`` a change of the inherited state with the same id.
 
-    ``kind`` is what was written; ATOMIC and COMPOUND are told apart later. ``initial`` and the
-    default of a history are transitions of trigger INITIAL. ``overrides`` names what is replaced
-    though it does not hold ``super``.
+    ``kind`` is as written; ATOMIC and COMPOUND are distinguished later. ``initial`` and the default
+    of a history are transitions of trigger INITIAL. ``overrides`` names the properties that are
+    replaced without containing ``super``.
     """
 
     id: Text | None
@@ -315,12 +315,12 @@ class DocState:
     doc: str = ""
     origin: Origin = Origin.OWN
     use: DocUse | None = None
-    each: Text | None = None
-    """``i in 0..1``: there is one such state for each value of the index."""
+    index_range: Text | None = None
+    """``i in 0..1``: an array with one state for each value of the index."""
     copy: int | None = field(default=None, compare=False, repr=False)
     """The copy that fills the state, or that the state is a part of; elaboration counts them."""
     copied: int | None = field(default=None, compare=False, repr=False)
-    """Of a part of a copy: which state of the used chart it is."""
+    """For a part of a copy: the index of the state in the used chart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,4 +356,4 @@ class Document:
     """Inherited properties that are replaced, or ``environment``."""
     refine: tuple[DocState, ...] = ()
     posted: tuple[Text, ...] = field(default=(), compare=False, repr=False)
-    """Names below those that transitions match: of events that only the host posts."""
+    """Prefixes of event names that only the host posts."""

@@ -21,7 +21,7 @@ class Reader(Protocol):
     suffixes: tuple[str, ...]
 
     def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
-        """Return the text of a file, by the notation's own rules of encoding."""
+        """Return the text of a file, decoded by the rules of the notation."""
         ...
 
     def read(self, source: Source, findings: Findings) -> Document | None:
@@ -51,7 +51,7 @@ class Notation:
     decoder: str
 
     def decode(self, content: bytes, name: str, findings: Findings) -> Source | None:
-        """Return the text of a file, by the notation's own rules of encoding."""
+        """Return the text of a file, decoded by the rules of the notation."""
         source: Source | None = self._module(self.decoder).decode(content, name, findings)
         return source
 
@@ -71,8 +71,8 @@ class Notation:
 
 @runtime_checkable
 class ObjectReader(Protocol):
-    """Reads objects of Python that are machines."""
+    """Reads Python objects that are machines."""
 
     def read_object(self, found: object, name: str, findings: Findings) -> Document | None:
-        """Return the document, or None after saying why not; ``name`` is how it was named."""
+        """Return the document, or None after reporting an error; ``name`` is the reference."""
         ...

@@ -1,4 +1,4 @@
-"""What an invoked chart takes over from the chart that invokes it (SCXML 6.4)."""
+"""The context that an invoked chart inherits from its invoker (SCXML 6.4)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from fsmkit.language import Field, Type
 
 @dataclass(frozen=True, slots=True)
 class InvocationContext:
-    """What is known of an invocation when the chart in it is elaborated.
+    """The known facts about an invocation when its chart is elaborated.
 
-    ``session`` is its own, ``invoker`` that of the invoking machine. ``events`` may come from
-    there, ``data`` are set when it starts. ``depth`` counts the invocations it lies in.
+    ``session`` is the invoked session, ``invoker`` the invoking one. ``events`` may arrive from the
+    invoker, ``data`` are set at the start. ``depth`` is the nesting depth of invocations.
     """
 
     session: str

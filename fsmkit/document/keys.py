@@ -1,9 +1,8 @@
-"""Every key of every object, once: its names in YAML and in SCXML, its form, what it means.
+"""The table of keys: the names of each key in YAML and SCXML, its form and its meaning.
 
-Readers and writers of both notations, the JSON Schema, inheritance, `show` and its JSON go by these
-rows. A key of a usual form needs no code there: it is a row here, a field of the Document, and,
-where it means something, a field of the Chart. Only keys of the form `OWN` have a codec, which each
-notation keeps beside what it reads and writes.
+Readers and writers of both notations, the JSON Schema, inheritance, `show` and its JSON follow
+these rows. A key of a usual form is a row here, a field of the Document and perhaps a field of the
+Chart. Only keys of the form `OWN` have a codec, which each notation defines.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from fsmkit.document.document import REPLACEABLE
 
 
 class Form(Enum):
-    """What stands under a key; each notation reads and writes each form in one place."""
+    """The form of a key's value; each notation reads and writes each form in one place."""
 
     TEXT = "an expression, a duration, a file"
     NAME = "a text that is not empty"
@@ -41,13 +40,13 @@ class Form(Enum):
 
 
 PLAIN = (Form.NAME, Form.PROSE, Form.FLAG, Form.CHOICE)
-"""What a Chart holds as it was written, if it has a field of that name."""
+"""Forms that a Chart keeps as written, if it has a field of that name."""
 NESTED = (Form.TABLE, Form.RECORD, Form.RECORDS)
-"""What a text cannot hold."""
+"""Forms that a text cannot contain."""
 
 
 class Inherit(Enum):
-    """What a derived chart makes of the value of its base."""
+    """How a derived chart combines a value with that of its base."""
 
     REPLACE = "its own, where it has one"
     ADD = "what is inherited, then its own"
@@ -56,12 +55,12 @@ class Inherit(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A row. ``field``: of the part of the Document, by default the name.
+    """A row. ``field`` is the field in the part of the Document, by default the name.
 
-    ``scxml`` is the attribute, with the prefix ``fk:`` if it is of the extension, or in angle
-    brackets the element; by default the extension's attribute of this name, None for a codec.
-    ``unless``: the field of the key that counts where both are given. ``rows``: the keys of a
-    record, or of each of several.
+    ``scxml`` is the attribute, with the prefix ``fk:`` if it belongs to the extension, or in angle
+    brackets the element. By default it is the extension's attribute of this name; None for a codec.
+    ``unless``: the field of the key that takes precedence if both are given. ``rows``: the keys of
+    a record, or of each of several records.
     """
 
     name: str
@@ -75,7 +74,7 @@ class Key:
     rows: Mapping[str, Key] = dataclass_field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Fill in what goes without saying."""
+        """Fill in the defaults."""
         object.__setattr__(self, "field", self.field or self.name)
         if self.form is Form.OWN:
             object.__setattr__(self, "scxml", None)
@@ -84,12 +83,12 @@ class Key:
             object.__setattr__(self, "scxml", f"fk:{self.name}")
 
     def is_given(self, part: Any) -> bool:
-        """Whether a part of a Document has another value than it has without the key."""
+        """Return whether the value of a part of a Document differs from its default."""
         value = getattr(part, self.field)
         return bool(value != defaults(part.__class__)[self.field])
 
     def word(self, value: object) -> str:
-        """Return the word of a choice that stands for a value."""
+        """Return the word of a choice for a value."""
         return next(word for word, meant in self.choices.items() if meant == value)
 
 
@@ -103,7 +102,7 @@ def defaults(kind: Any) -> Mapping[str, object]:
     return {one.name: None if one.default is MISSING else one.default for one in fields(kind)}
 
 
-def merged(base: object, derived: object, rows: Keys) -> dict[str, Any]:
+def merge_fields(base: object, derived: object, rows: Keys) -> dict[str, Any]:
     """Return the fields of a part of a derived chart that inherit by the usual rules."""
     found: dict[str, Any] = {}
     for row in rows.values():
@@ -113,7 +112,7 @@ def merged(base: object, derived: object, rows: Keys) -> dict[str, Any]:
     return found
 
 
-def carried(rows: Keys, kind: type[Any]) -> tuple[Key, ...]:
+def kept_keys(rows: Keys, kind: type[Any]) -> tuple[Key, ...]:
     """Return the keys whose value a part of a Chart holds as it was written."""
     names = {one.name for one in fields(kind)}
     return tuple(row for row in rows.values() if row.form in PLAIN and row.field in names)
@@ -158,7 +157,7 @@ _BY_RULE = Inherit.OWN
 CHART = table(
     Key("chart", "the name of the chart", _OWN),
     Key("extends", "the file of its base, in YAML or SCXML", Form.NAME, inherit=_BY_RULE),
-    Key("abstract", "true: not to be compiled by itself", _FLAG, inherit=_BY_RULE),
+    Key("abstract", "true: only a base of other charts", _FLAG, inherit=_BY_RULE),
     Key("doc", "what it is for", Form.PROSE, scxml=None),
     Key(
         "datamodel", "fsmkit (unless given), ecmascript or null", Form.CHOICE, scxml=None,
@@ -187,7 +186,7 @@ CHART = table(
     ),
     Key("entries", "entry points, where another chart uses this one: name: target", _OWN),
     Key("properties", "what is to be checked of it: name: {kind: condition}", _OWN),
-    Key("environment", "what may come from outside when it is checked alone", _OWN),
+    Key("environment", "the external events and inputs when it is checked alone", _OWN),
     Key(
         "override", "inherited properties, or `environment`, that are replaced", Form.NAMES,
         "overrides", inherit=_BY_RULE,
@@ -244,7 +243,7 @@ TRANSITION = table(
     Key("if", "the guard", Form.TEXT, "guard", "cond"),
     Key("target", "the state or states to enter", Form.TARGETS, "targets", "target"),
     Key("watchdog", "true: a timeout that only reports a fault", _FLAG),
-    Key("ordered", "true: the order of overlapping transitions is meant", _FLAG),
+    Key("ordered", "true: the order of overlapping transitions is intended", _FLAG),
     Key("do", "what is done", Form.STATEMENTS, "content", None, inherit=_BY_RULE),
 )  # fmt: skip
 LABEL = table(
@@ -255,7 +254,7 @@ LABEL = table(
     Key("sometimes", "true: at any time", _OWN),
 )
 LABELLED = {**LABEL, **TRANSITION}
-"""An entry of `transitions`: one of the first, and what any transition has."""
+"""An entry of `transitions`: a trigger key, and the keys of any transition."""
 INITIAL = table(
     Key("target", "the state or states to enter", Form.TARGETS, "targets"),
     Key("do", "what is done on the way", Form.STATEMENTS, "content"),
@@ -319,7 +318,7 @@ OWN_ENVIRONMENT = named(
     may="events that may come, and inputs that may change, at any time",
     will="events that come some time, if they stay possible",
 )
-"""Of a chart."""
+"""The environment of a chart."""
 
 SYSTEM = named(
     system="the name of the system",
@@ -328,7 +327,7 @@ SYSTEM = named(
     machines="its machines and their charts",
     shared="data that several machines read or write",
     connect="how events and outputs go from machine to machine",
-    environment="what may come from outside, and charts that act for it",
+    environment="external events and inputs, and charts that model them",
     schedule="the order in which machines run",
     properties="what is to be checked",
 )
@@ -359,7 +358,7 @@ FREEZE = named(
 SCHEDULE = named(
     cyclic="the machines in the order in which they run",
     period="the time from one cycle to the next",
-    jitter="how much later a cycle may begin",
+    jitter="how much later a cycle may start",
 )
 MONITOR = named(monitor="the chart that watches", watch="what it sees of the machines")
 DEPLOYMENT = named(
@@ -381,7 +380,7 @@ LINKS = table(
     ),
     Key("foreign", "how the foreign nodes are reached", Form.RECORDS),
 )
-"""The keys of links that mean the same for all carriers; `system.deployment.keys` adds others."""
+"""The keys of links that all carriers share; `system.deployment.keys` adds others."""
 ADDRESS_KEYS = ("endpoints", "curve", "insecure")
 """The keys of endpoints and of their protection; a carrier that has endpoints lists them."""
 NODE = named(machines="the machines of the node", foreign="what its programs speak")
@@ -398,6 +397,6 @@ BELONGS = {
     for table, _ in _PLACES
     for key in table
 }
-"""Where a key belongs that is not known where it stands."""
+"""Where a key belongs that is not valid in its object."""
 BELONGS["type"] += "; a parallel state has `regions`, a final one `final: true`"
 BELONGS["else"] = "write a list of transitions, of which the last has no `if`"

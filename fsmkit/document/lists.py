@@ -9,8 +9,8 @@ from fsmkit.diagnostics import Text
 OPENING, CLOSING = "{(", "})"
 
 
-def items_in(text: Text) -> list[Text]:
-    """Split at commas outside braces and parentheses; what is blank is left out."""
+def split_items(text: Text) -> list[Text]:
+    """Split at commas outside braces and parentheses; blank items are dropped."""
     parts, depth, start = [], 0, 0
     for place, char in enumerate(text.value):
         depth += (char in OPENING) - (char in CLOSING)
@@ -21,10 +21,10 @@ def items_in(text: Text) -> list[Text]:
     return [part for part in parts if part.value.strip()]
 
 
-def as_one(items: Sequence[Text]) -> str | None:
-    """Return items as one text; None where `items_in` would find others in it."""
+def join_items(items: Sequence[Text]) -> str | None:
+    """Return items as one text; None if `split_items` would split it differently."""
     given = [item.value.strip() for item in items]
     text = ", ".join(given)
     whole = Text(text, items[0].span, ()) if given else None
-    found = [] if whole is None else [part.value.strip() for part in items_in(whole)]
+    found = [] if whole is None else [part.value.strip() for part in split_items(whole)]
     return text if found == given else None

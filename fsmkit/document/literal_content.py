@@ -1,4 +1,4 @@
-"""What the text of a ``content`` element means as an expression (SCXML 5.6, B.2.8.1)."""
+"""Literal ``content`` elements as expressions (SCXML 5.6, B.2.8.1)."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from fsmkit.diagnostics.parsing import parse_json
 
 
 def content_value(text: Text) -> Text:
-    """Return the expression a literal content stands for.
+    """Return the expression for a literal content.
 
-    JSON is that value; anything else a string, its white space made single blanks.
+    JSON gives its value. Other text gives a string with normalized white space.
     """
     try:
         parse_json(text.value)
@@ -21,12 +21,12 @@ def content_value(text: Text) -> Text:
 
 
 def string(value: str, at: Text) -> Text:
-    """Return the literal of a string, at the place of what it stands for."""
+    """Return the literal of a string, at a location."""
     return at.with_value(json.dumps(value, ensure_ascii=False))
 
 
 def members(text: Text) -> dict[str, Text] | None:
-    """Return the members of an object written in JSON, None where it is none."""
+    """Return the members of a JSON object; None for other texts."""
     try:
         value = parse_json(text.value)
     except ValueError:

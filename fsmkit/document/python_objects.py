@@ -19,15 +19,15 @@ REFERENCE = re.compile(r"(?P<module>.+\.py|[^\W\d]\w*(?:\.[^\W\d]\w*)*):(?P<name
 
 
 def is_reference(text: str) -> bool:
-    """Whether a text names an object of a module, and no file."""
+    """Return whether a text names an object of a module, not a file."""
     return REFERENCE.fullmatch(text) is not None and not path_exists(Path(text))
 
 
-def imported(text: str) -> object:
-    """Return the object that a reference names; `FsmkitError` where there is none."""
+def import_object(text: str) -> object:
+    """Return the object that a reference names; `FsmkitError` if it does not exist."""
     match = REFERENCE.fullmatch(text)
     if match is None:
-        raise _failed(text, "it is no `module:attribute`")
+        raise _failed(text, "it is not a `module:attribute`")
     found: object = _module(text, match["module"])
     for name in match["name"].split("."):
         try:
@@ -43,7 +43,7 @@ def _module(text: str, name: str) -> ModuleType:
     try:
         return _from_file(Path(name)) if name.endswith(".py") else import_module(name)
     except (Exception, SystemExit) as error:
-        raise _failed(text, _told(error)) from error
+        raise _failed(text, _describe_error(error)) from error
     finally:
         sys.path[:] = before
 
@@ -51,15 +51,15 @@ def _module(text: str, name: str) -> ModuleType:
 def _from_file(path: Path) -> ModuleType:
     spec = spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
-        raise ImportError(f"`{path}` is no module")
+        raise ImportError(f"`{path}` is not a module")
     module = module_from_spec(spec)
     sys.modules.setdefault(path.stem, module)
     spec.loader.exec_module(module)
     return module
 
 
-def _told(error: BaseException) -> str:
-    """Return what went wrong, and in which line of the user's code."""
+def _describe_error(error: BaseException) -> str:
+    """Return the message of an error, with the line of the user's code."""
     trace, place = error.__traceback__, ""
     while trace is not None:
         file = trace.tb_frame.f_code.co_filename

@@ -1,4 +1,4 @@
-"""Statements as text that is sure to read back as them."""
+"""Statements as text that is guaranteed to read back unchanged."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from fsmkit.language.statements.writing import write_statements
 
 
 def statements_text(block: Block) -> str:
-    """Return statements as text that reads back as them.
+    """Return statements as text that reads back as the same statements.
 
-    `FsmkitError` (``not-expressible``) where it does not: what SCXML has in attributes may hold
-    what ends a statement in a text.
+    Raise `FsmkitError` (``not-expressible``) otherwise: an attribute in SCXML may contain a
+    character that ends a statement.
     """
     written = write_statements(block)
     source = Source("statements", written)
@@ -27,13 +27,13 @@ def statements_text(block: Block) -> str:
                 "not-expressible",
                 "as text this would be read as something else",
                 statement.span,
-                help="mend it: it cannot be evaluated as it is",
+                help="fix it: it cannot be evaluated",
             )
     return written
 
 
 def _words(statement: WrittenStatement) -> list[str]:
-    """Return what a statement holds, without the layout of its expressions."""
+    """Return the texts in a statement, without the layout of its expressions."""
     return [
         re.sub(r"\s", "", without_comments(part.value)).rstrip(";")
         if isinstance(part, Text)

@@ -1,4 +1,4 @@
-"""What is in a document, looked for once however many passes ask."""
+"""The parts of a document, collected once for all passes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from fsmkit.document.walk import structure, texts
 
 @dataclass(frozen=True)
 class Survey:
-    """A document, and what its passes look for: most find nothing and leave it as it is."""
+    """A document with its parts: most passes find nothing to change and return it unchanged."""
 
     document: Document
 
-    def of(self, document: Document) -> Survey:
-        """Return the survey of a document, this one where a pass has changed nothing."""
+    def update(self, document: Document) -> Survey:
+        """Return the survey of a document; this one if a pass has not changed the document."""
         return self if document is self.document else Survey(document)
 
     @cached_property
     def parts(self) -> tuple[object, ...]:
-        """All that can hold other parts, in order."""
+        """The parts that can contain other parts, in order."""
         return tuple(structure(self.document))
 
     @cached_property
@@ -32,15 +32,15 @@ class Survey:
 
     @cached_property
     def data(self) -> tuple[DocData, ...]:
-        """All data that are declared, of states too."""
+        """The declared data, including those of states."""
         return tuple(part for part in self.parts if isinstance(part, DocData))
 
     @cached_property
     def texts(self) -> tuple[Text, ...]:
-        """All texts, in order."""
+        """The texts, in order."""
         return tuple(texts(self.document))
 
     @cached_property
     def values(self) -> frozenset[str]:
-        """What the texts say, each once: far less than the texts."""
+        """The distinct values of the texts, which are far fewer than the texts."""
         return frozenset(text.value for text in self.texts)

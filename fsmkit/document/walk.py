@@ -1,4 +1,4 @@
-"""Visit or change every part of a document, of whatever kind."""
+"""Visiting and changing of all parts of a document."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ EXPRESSIONS = frozenset(
         "values",
     ]
 )
-"""The fields of what a document is made of that hold expressions; other texts are names."""
+"""Fields of a document's parts that hold expressions; other texts are names."""
 PLAIN = re.compile(
     r"(?:Text|Span|Source|str|int|bool|None|tuple|frozenset|Kind|Trigger|Origin|[][,.| ])+"
 )
@@ -47,21 +47,21 @@ PLAIN = re.compile(
 
 
 def parts(whole: object) -> Iterator[object]:
-    """Return everything in a document, in order; places and invoked charts are left aside."""
+    """Yield all parts of a document, in order; skip locations and invoked charts."""
     left: list[Any] = [whole]
     while left:
         part = left.pop()
         yield part
         if type(part) is tuple:
             left += part[::-1]
-        elif (held := _held_backwards(part.__class__)) is not None and (
+        elif (held := _reversed_children(part.__class__)) is not None and (
             part.__class__ is not Document or part is whole
         ):
             left += held(part)
 
 
 def structure(whole: object) -> Iterator[object]:
-    """Yield all in a document that can hold other parts, in order; texts are left out."""
+    """Yield the parts that can contain other parts, in order; skip texts."""
     left: list[Any] = [whole]
     while left:
         part = left.pop()
@@ -84,14 +84,14 @@ def texts(whole: object) -> Iterator[Text]:
             yield part
         elif kind is tuple:
             left += part[::-1]
-        elif (held := _held_backwards(kind)) is not None and (
+        elif (held := _reversed_children(kind)) is not None and (
             kind is not Document or part is whole
         ):
             left += filter(None, held(part))
 
 
 def states(*roots: DocState) -> Iterator[DocState]:
-    """Return some states and all below them, in document order."""
+    """Yield states and their descendants, in document order."""
     left = list(roots[::-1])
     while left:
         state = left.pop()
@@ -99,35 +99,35 @@ def states(*roots: DocState) -> Iterator[DocState]:
         left += state.children[::-1]
 
 
-def mapped(part: Any, change: Callable[[object], object]) -> Any:
-    """Return a part of a document in which each part is what ``change`` makes of it.
+def map_parts(part: Any, change: Callable[[object], object]) -> Any:
+    """Return a part of a document in which each part is replaced by the result of ``change``.
 
-    Where that is None, the parts of the part are looked at; where none of them changes it is the
-    same part. A tuple takes the place of one part among others. Of the texts only expressions are
-    seen; invoked charts are left as they are.
+    If that is None, the function visits the children of the part; if nothing changes, it returns
+    the same part. A tuple replaces one part among others. Among the texts, ``change`` sees only
+    expressions. Invoked charts stay unchanged.
     """
     made = change(part)
     if made is not None:
         return made
     kind = part.__class__
     if kind is tuple:
-        return _mapped_tuple(part, change)
+        return _map_tuple(part, change)
     names, held = _changeable(kind)
     new = {}
     for name, value in zip(names, held(part), strict=True):
         if value and value.__class__ is not Document:
             if name not in EXPRESSIONS and _is_text(value):
                 continue
-            found = mapped(value, change)
+            found = map_parts(value, change)
             if found is not value:
                 new[name] = found
     return replace(part, **new) if new else part
 
 
-def _mapped_tuple(parts: tuple[Any, ...], change: Callable[[object], object]) -> tuple[Any, ...]:
+def _map_tuple(parts: tuple[Any, ...], change: Callable[[object], object]) -> tuple[Any, ...]:
     found: list[Any] = []
     for each in parts:
-        new = each if each.__class__ is Document else mapped(each, change)
+        new = each if each.__class__ is Document else map_parts(each, change)
         found += new if new.__class__ is tuple and each.__class__ is not tuple else (new,)
     same = len(found) == len(parts) and all(map(operator.is_, found, parts))
     return parts if same else tuple(found)
@@ -140,8 +140,8 @@ def _is_text(value: object) -> bool:
 
 
 @cache
-def _held_backwards(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
-    """Return how to take what a piece of a document holds, the last first."""
+def _reversed_children(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
+    """Return the function that reads the fields of a part in reverse order."""
     if kind is Text or not is_dataclass(kind):
         return None
     return field_getter(_field_names(kind)[::-1])
@@ -149,7 +149,7 @@ def _held_backwards(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
 
 @cache
 def _structural(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
-    """Return how to take of a piece of a document what is more than a text or a word."""
+    """Return the function that reads the fields of a part other than texts and words."""
     if kind is Text or not is_dataclass(kind):
         return None
     return field_getter(_not_plain(kind)[::-1])
@@ -157,7 +157,7 @@ def _structural(kind: type[Any]) -> Callable[[Any], tuple[Any, ...]] | None:
 
 @cache
 def _changeable(kind: type[Any]) -> tuple[tuple[str, ...], Callable[[Any], tuple[Any, ...]]]:
-    """Return the fields of a piece that hold pieces, or expressions, and how to take these."""
+    """Return the names of the fields with parts or expressions, and their getter."""
     names: tuple[str, ...] = ()
     if kind is not Text and is_dataclass(kind):
         pieces = _not_plain(kind)
@@ -173,6 +173,6 @@ def _not_plain(kind: Any) -> tuple[str, ...]:
 
 @cache
 def _field_names(kind: type[Any]) -> tuple[str, ...]:
-    """Return what a piece of a document holds, but for places, and advice about it."""
+    """Return the fields of a part, except locations and advice."""
     names = (known.name for known in fields(kind))
     return tuple(name for name in names if name not in ("span", "source", "advice"))

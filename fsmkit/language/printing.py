@@ -29,8 +29,8 @@ HOOKS: Mapping[type, str] = {
     tree.Checked: "checked",
     tree.Convert: "convert",
     tree.Invalid: "invalid",
-    tree.Watched: "watched",
-    tree.Decided: "watched",
+    tree.CoveredCondition: "watched",
+    tree.CoveredGuard: "watched",
 }
 """The method that prints a node of each class."""
 
@@ -93,7 +93,7 @@ class Walk(Generic[Printed]):
         """Print a node for which the language has no method: an error by default."""
         raise AssertionError(expr)
 
-    def watched(self, expr: tree.Watched | tree.Decided) -> Printed:
+    def watched(self, expr: tree.CoveredCondition | tree.CoveredGuard) -> Printed:
         """Print a counted condition, or a counted guard; by default it is not counted."""
         return self.fragment(expr.operand)
 

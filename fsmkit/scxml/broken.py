@@ -1,4 +1,4 @@
-"""Why a text is no XML, in terms of what was typed: quotes, brackets, tags, prefixes."""
+"""Reports of XML syntax errors in terms of the typed text: quotes, brackets, tags, prefixes."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ OF_PREFIXES = {PREFIX: EXTENSION, "fsmkit": EXTENSION}
 PREFIXED = re.compile(r"[<\s/]([\w.-]+):[\w.-]+")
 
 
-def tell_broken(source: Source, at: int, problem: str, open_: str, findings: Findings) -> None:
-    """Report why the parser gave up.
+def report_broken(source: Source, at: int, problem: str, open_: str, findings: Findings) -> None:
+    """Report a syntax error of the XML parser.
 
     Args:
         source: The text.
-        at: Where it did.
-        problem: What it says.
-        open_: The innermost element that is open there; empty where none is.
+        at: The offset of the error.
+        problem: The message of the parser.
+        open_: The innermost open element; empty if none is open.
         findings: Where to report.
 
     """
     message, advice = _reason(source.text, at, problem, open_)
-    findings.add("broken-xml", f"this is no XML: {message}", Span(source, at, at + 1), help=advice)
+    findings.add("broken-xml", f"this is not XML: {message}", Span(source, at, at + 1), help=advice)
 
 
 def _reason(text: str, at: int, problem: str, open_: str) -> tuple[str, str]:
@@ -35,7 +35,7 @@ def _reason(text: str, at: int, problem: str, open_: str) -> tuple[str, str]:
         case "mismatched tag":
             closing = text[text.rfind("<", 0, at + 1) :].partition(">")[0].strip("</ ")
             return (
-                f"`</{closing}>` stands where `<{open_}>` is still open",
+                f"`</{closing}>` is found while `<{open_}>` is still open",
                 f"close it before: `</{open_}>`, or correct the name",
             )
         case "duplicate attribute":
@@ -61,7 +61,7 @@ def _reason(text: str, at: int, problem: str, open_: str) -> tuple[str, str]:
     if is_in_value and text[at : at + 1] == "<":
         return "`<` within a value", "write `&lt;`"
     if "&" in text[max(0, at - 2) : at + 1]:
-        return "`&` begins the name of a character", "write `&amp;`, or in an expression `and`"
+        return "`&` starts the name of a character", "write `&amp;`, or in an expression `and`"
     if is_in_tag and tag.endswith("="):
         return "a value without quotes", 'put it into quotes: `name="value"`'
     if is_in_tag and tag.endswith(('"', "'")):

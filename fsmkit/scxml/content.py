@@ -1,7 +1,6 @@
-"""From executable content to statements (SCXML 4, 5.4, 5.8, 6.2, 6.3).
+"""Reading of executable content into statements (SCXML 4, 5.4, 5.8, 6.2, 6.3).
 
-Content that is not as the standard wants it is kept as `Fail`: executing it is an
-``error.execution``, and elaboration says so.
+Invalid content becomes `Fail`: executing it raises ``error.execution``, and elaboration reports it.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ def _statements(elements: Iterable[Element], parent: Element, context: Context) 
             found += _statement(word, element, context)
         elif word:
             context.unknown_element(element, word, parent, KNOWN)
-            reason = f"`<{word}>` is no executable content"
+            reason = f"`<{word}>` is not executable content"
             found.append(stmt.Fail(reason, element.span))
         else:
             context.findings.add(
@@ -137,7 +136,7 @@ def _for_each(element: Element, context: Context) -> stmt.Block:
 
 
 def read_script(element: Element, context: Context) -> stmt.Block:
-    """Return the statements of a script (SCXML 5.8); one that cannot be read is unreadable.
+    """Return the statements of a script (SCXML 5.8).
 
     A script whose file cannot be read makes the whole chart invalid.
     """
@@ -189,9 +188,9 @@ def _send(element: Element, context: Context) -> stmt.Block:
 def read_params(
     element: Element, context: Context, others: tuple[str, ...] = ()
 ) -> tuple[stmt.DocArgument, ...] | stmt.Fail:
-    """Return the params of an element (SCXML 5.7), or why one of them is none.
+    """Return the params of an element (SCXML 5.7), or the reason why one is invalid.
 
-    ``others`` names the children that somebody else reads.
+    ``others`` names the children that the caller reads.
     """
     own = {"send": ("param", "content"), "raise": ("fk:param", "param")}
     found = []
@@ -209,7 +208,7 @@ def read_params(
 
 
 def read_content(element: Element, context: Context) -> tuple[Text | None, Text | None]:
-    """Return what ``content`` holds and its expression (SCXML 5.6)."""
+    """Return the literal and the expression of ``content`` (SCXML 5.6)."""
     literal = expression = None
     for child in element.children:
         if context.word(child) != "content":
@@ -223,7 +222,7 @@ def read_content(element: Element, context: Context) -> tuple[Text | None, Text 
 
 
 def _literal(element: Element) -> Text:
-    """Return content as it stands, elements included."""
+    """Return literal content, with its elements as source text."""
     if element.children:
         inner = element.inner
         return Text(inner.source.text[inner.start : inner.end], inner).strip()

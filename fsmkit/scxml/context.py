@@ -1,4 +1,4 @@
-"""What every part of the reader needs: whose element it is, what it lacks, where to say so."""
+"""The context of the reader: namespaces, common checks and findings."""
 
 from __future__ import annotations
 
@@ -30,28 +30,28 @@ FLAGS = {"true": True, "1": True, "false": False, "0": False}
 
 
 OBJECT = re.compile(r"\{\s*\w+\s*:")
-"""How an object begins whose members are named without quotes."""
+"""The start of an object whose members are named without quotes."""
 
 
 @dataclass(frozen=True)
 class Context:
-    """Reads small parts of elements; what is wrong goes to the findings.
+    """Reads small parts of elements; errors go to the findings.
 
-    A chart written for fsmkit is read strictly; any other as leniently as real files are written,
-    with a warning for each thing that is left aside.
+    A chart written for fsmkit is read strictly, any other leniently, with a warning for each
+    ignored part.
     """
 
     source: Source
     findings: Findings
     namespace: str
-    """Where SCXML's elements stand in this file: other tools leave the namespace out."""
+    """The namespace of SCXML's elements in this file; other tools omit it."""
     datamodel: str = "ecmascript"
     is_foreign: bool = False
-    """Whether the chart names a data model that is not known."""
+    """Whether the chart names an unknown data model."""
 
     @property
     def is_strict(self) -> bool:
-        """Whether the chart is written for fsmkit."""
+        """Return whether the chart is written for fsmkit."""
         return self.datamodel == "fsmkit"
 
     # --- elements -------------------------------------------------------------------------
@@ -63,9 +63,9 @@ class Context:
         return f"{PREFIX}:{element.name}" if element.namespace == EXTENSION else ""
 
     def children(self, element: Element, known: Iterable[str]) -> Iterator[tuple[str, Element]]:
-        """Yield the known children with their names; any other of ours is a finding.
+        """Yield the known children with their names; any other child of ours is a finding.
 
-        Elements of foreign namespaces are left aside, as SCXML 1.0 wants it (4.10, C).
+        Elements of other namespaces are ignored, as SCXML 1.0 requires (4.10, C).
         """
         names = tuple(known)
         for child in element.children:
@@ -79,7 +79,7 @@ class Context:
     def unknown_element(
         self, child: Element, word: str, parent: Element, known: Iterable[str]
     ) -> None:
-        """Say that an element has no meaning where it stands."""
+        """Report an element that has no meaning inside its parent."""
         is_known = word in ATTRIBUTES or word.removeprefix(f"{PREFIX}:") in EXTENSION_ELEMENTS
         advice = suggest_key(word, tuple(known), "remove it")
         if is_known:
@@ -136,7 +136,7 @@ class Context:
         is_ours: bool = False,
         fixes: Iterable[Fix] = (),
     ) -> None:
-        """Add a finding: a warning by itself, an error in a chart written for fsmkit."""
+        """Add a finding: an error in a chart written for fsmkit, otherwise a warning."""
         severity = Severity.ERROR if is_ours or self.is_strict else None
         self.findings.add(rule, message, at, help=advice, severity=severity, fixes=fixes)
 
@@ -147,7 +147,7 @@ class Context:
         return element.get(name, "" if element.namespace == EXTENSION else EXTENSION)
 
     def required(self, element: Element, name: str) -> Text | None:
-        """Return an attribute that must be there; a finding where it is not."""
+        """Return a required attribute; report a missing one."""
         value = element.get(name)
         if value is None or not value.value.strip():
             self.incomplete(element, f"has no `{name}`", f'add `{name}="..."`')
@@ -155,10 +155,10 @@ class Context:
         return value.strip()
 
     def incomplete(self, element: Element, what: str, advice: str) -> None:
-        """Say what an element lacks."""
+        """Report a missing part of an element."""
         self.complain(
             "incomplete-element",
-            f"`<{self.word(element)}>` {what}, and is left aside",
+            f"`<{self.word(element)}>` {what}, and is ignored",
             element.span,
             advice,
             is_ours=element.namespace == EXTENSION,
@@ -178,7 +178,7 @@ class Context:
         return first, second
 
     def conflict(self, at: Span | Text, message: str) -> None:
-        """Say that two things are given that exclude each other."""
+        """Report two parts that exclude each other."""
         fixes = remove_entry(at)
         self.complain("conflicting-attributes", message, at, "remove one of the two", fixes=fixes)
 
@@ -194,17 +194,17 @@ class Context:
     def misread(
         self, value: Text, message: str, advice: str, instead_of: Iterable[str] = ()
     ) -> None:
-        """Say that an attribute has a value that means nothing; what may stand instead of it."""
+        """Report an unknown value of an attribute; ``instead_of`` lists the valid ones."""
         fixes = [fix for word in instead_of for fix in replace_text(value, word)]
         self.complain("unexpected-attribute-value", message, value, advice, fixes=fixes)
 
     # --- texts ----------------------------------------------------------------------------
 
     def inline(self, element: Element) -> Text | None:
-        """Return the value that stands in an element (SCXML B.2.1): JSON, or a string.
+        """Return the value inside an element (SCXML B.2.1): JSON, or a string.
 
-        Other data models write objects there as they do in expressions: Promela ``{ a: 1 }``.
-        Elements in it are a value too, one that no expression can have: the text shows them.
+        Other data models write objects as in expressions: Promela ``{ a: 1 }``. Nested elements are
+        a value, too, which no expression can equal: its text shows them.
         """
         if element.children:
             inner = element.inner
@@ -224,9 +224,9 @@ class Context:
         return text
 
     def load(self, src: Text) -> Text | None:
-        """Return the content of a local file beside or below this one, None if there is none.
+        """Return the content of a local file beside or below this one, None if it does not exist.
 
-        The text keeps the place of the name: what is wrong in the file is said there.
+        The text has the location of the name, so errors in the file are reported there.
         """
         try:
             path = self.source.beside(src.value)
@@ -240,7 +240,7 @@ class Context:
         return Text(content, src.span, ())
 
     def loaded_value(self, src: Text) -> Text | None:
-        """Return the value that a file holds; a finding where it cannot be read."""
+        """Return the value in a file; report an unreadable file."""
         text = self.load(src)
         if text is None:
             self.unloaded(src, severity=None if self.is_strict else Severity.WARNING)
@@ -249,7 +249,7 @@ class Context:
         return value if self.is_strict else self._json_or_string(value)
 
     def unloaded(self, src: Text, severity: Severity | None = None) -> None:
-        """Say that a file cannot be read."""
+        """Report an unreadable file."""
         self.findings.add(
             "unloaded-source",
             f"`{src}` cannot be read",
@@ -260,7 +260,7 @@ class Context:
 
 
 def _commented(text: Text) -> tuple[Fix, ...]:
-    """Return the fix that makes a comment of a text."""
+    """Return the fix that turns a text into a comment."""
     span = text.span
     written = span.source.text[span.start : span.end]
     if "--" in written or "<" in written:
@@ -286,7 +286,7 @@ def _written(attribute: Attribute) -> str:
 
 
 def _belongs(name: str, element: str) -> str:
-    """Say which elements have an attribute that has no meaning where it stands."""
+    """Return the name of an attribute as written."""
     if element in STATES and name in ("type", "parallel", "final"):
         return "the element says the kind of a state: `<parallel>`, `<final>`, `<history>`"
     owners = [f"`<{owner}>`" for owner, names in ATTRIBUTES.items() if name in names]

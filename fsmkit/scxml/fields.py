@@ -22,7 +22,7 @@ NOTHING: Parts = {}
 def read_keys(
     element: Element, rows: Keys, context: Context, parts: Parts = NOTHING
 ) -> dict[str, Any]:
-    """Return the values of the keys that are given, but for those with a codec, by field."""
+    """Return the values of the given keys by field, except keys with a codec."""
     found: dict[str, Any] = {}
     places = PLACES[id(rows)]
     is_ours = element.namespace == EXTENSION
@@ -87,7 +87,7 @@ ATTRIBUTE: Mapping[Form, Callable[[Text, Key, Context], object]] = {
     Form.NAMES: lambda value, _, __: words(value),
     Form.TARGETS: lambda value, _, __: words(value),
 }
-"""How a form is read from an attribute."""
+"""The readers of forms in attributes."""
 
 
 def _handlers(_: Element, elements: Iterable[Element], context: Context) -> object:
@@ -115,7 +115,7 @@ ELEMENT: Mapping[Form, Callable[[Element, list[Element], Context], object]] = {
     Form.HANDLERS: _handlers,
     Form.DATA: _data,
 }
-"""How a form is read from the elements of its name."""
+"""The readers of forms in elements."""
 
 
 def _init(element: Element, context: Context) -> Text | None:
@@ -130,7 +130,7 @@ def _init(element: Element, context: Context) -> Text | None:
 
 
 def _type(element: Element, context: Context) -> Text | None:
-    """Return ``fk:type``, or what ``type`` of other tools means."""
+    """Return ``fk:type``, or the meaning of ``type`` of other tools."""
     own = context.fk(element, "type")
     plain = context.given(element, "type")
     if own is not None or plain is None or context.is_strict:
@@ -142,7 +142,7 @@ def _type(element: Element, context: Context) -> Text | None:
     if meant is None:
         context.complain(
             "unusable-type",
-            f"`{plain}` is no type of fsmkit; the type is read off the start value",
+            f"`{plain}` is not a type of fsmkit; the type is inferred from the start value",
             plain,
             f'write `{PREFIX}:type="..."` with a type such as `0..100` or `uint8[4]`',
         )

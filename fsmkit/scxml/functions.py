@@ -1,4 +1,4 @@
-"""Functions that a script of ECMAScript declares: read apart from its statements."""
+"""Functions that a script of ECMAScript declares, separated from its statements."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ NAME = re.compile(r"[^\W\d][\w$]*")
 
 
 def split_functions(text: Text) -> tuple[Text, tuple[DocFunction, ...]]:
-    """Return a script without the functions that it declares, and these.
+    """Return a script without its function declarations, and the functions.
 
-    A function that cannot be read stays where it is: there it is a finding.
+    An unreadable function stays in the script, where it becomes a finding.
     """
     plain = without_comments(text.value)
     tokens = lexemes(plain)
@@ -37,7 +37,7 @@ def split_functions(text: Text) -> tuple[Text, tuple[DocFunction, ...]]:
 def _function(
     text: Text, tokens: tuple[Lexeme, ...], place: int, found: list[DocFunction]
 ) -> int | None:
-    """Add the function that begins at a token; return where it ends, None if it is none."""
+    """Add the function that starts at a token; return its end, or None if it is not a function."""
     name, opening = tokens[place + 1 : place + 3] if place + 3 < len(tokens) else (None, None)
     if name is None or opening is None or not NAME.fullmatch(name.text) or opening.text != "(":
         return None

@@ -1,4 +1,4 @@
-"""Elements and attributes of lxml, named as the writer names them."""
+"""Writing of elements and attributes with lxml."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def extension(name: str) -> str:
 
 
 FILES = frozenset({"src", extension("extends")})
-"""Attributes that name files: another character there would be another file."""
+"""Attributes that name files: a changed character would name another file."""
 PROSE = frozenset({extension("doc"), "reason"})
 """Texts for people, which may lose what XML cannot hold."""
 VERBATIM = frozenset({"label", "content"})
@@ -43,7 +43,7 @@ def add(parent: etree._Element, name: str, text: Text | str | None = None) -> et
 
 
 def put(element: etree._Element, name: str, value: Text | str | None) -> None:
-    """Set an attribute, unless there is no value; `FsmkitError` for one that reads as none."""
+    """Set an attribute unless it has no value; `FsmkitError` if it would read as absent."""
     if isinstance(value, Text) and name != "label" and not value.value.strip():
         raise fail(
             "not-expressible",
@@ -77,7 +77,7 @@ def joined(names: Iterable[Text]) -> str | None:
 
 
 def _allowed(name: str, value: Text | str) -> str:
-    """Return a text as XML can hold it; `FsmkitError` where it would be another text."""
+    """Return a text that XML can contain; `FsmkitError` if it would change."""
     text = str(value)
     if not NOT_XML.search(text):
         return text
@@ -88,16 +88,16 @@ def _allowed(name: str, value: Text | str) -> str:
             "not-expressible",
             f"{text!r} has characters that XML cannot hold",
             value if isinstance(value, Text) else None,
-            help="leave them out, or keep the chart in YAML",
+            help="remove them, or keep the chart in YAML",
         )
     return ESCAPED.sub(_escape, text)
 
 
 ESCAPED = re.compile(rf"\\.|{NOT_XML.pattern}", re.DOTALL)
-"""What stands for one character in a string of code, as far as it matters here."""
+"""An escape sequence or a character that XML cannot contain, in a string of code."""
 
 
 def _escape(found: re.Match[str]) -> str:
-    """Spell a character as the languages of code do: in code, these stand in strings only."""
+    """Escape a character as programming languages do: in code it occurs only in strings."""
     last = found[0][-1]
     return f"\\u{ord(last):04x}" if NOT_XML.match(last) else found[0]

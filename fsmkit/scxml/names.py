@@ -1,8 +1,7 @@
-"""The vocabulary: namespaces, and which attributes and children each element takes.
+"""The vocabulary: namespaces, and the attributes and children of each element.
 
-SCXML 1.0 has the elements and attributes of its recommendation. What it has no word for stands in
-one extension namespace, by convention with the prefix ``fk``, so that any other tool that reads
-SCXML can leave it aside.
+SCXML 1.0 has the elements and attributes of its recommendation. The others are in one extension
+namespace, by convention with the prefix ``fk``, so that other SCXML tools can ignore them.
 """
 
 from __future__ import annotations
@@ -159,4 +158,4 @@ PLAIN_TYPES = {
     **{name: name for name in ("bool", "float32", "float64")},
     **{f"{sign}int{bits}": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)},
 }
-"""What the types in ``data@type`` of real files mean."""
+"""The types in ``data@type`` of real files, and their equivalents."""

@@ -1,7 +1,7 @@
-"""XML as small frozen nodes, in which each attribute and text knows its exact place.
+"""XML as small frozen nodes, in which each attribute and text has its exact location.
 
-One parser tells structure and places alike, so that the two cannot disagree. It is expat, with
-everything refused that reaches beyond the text: entities, external subsets, inclusions.
+One parser, expat, provides both structure and locations, so that the two agree. It rejects every
+reference to other texts: entities, external subsets, inclusions.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from xml.parsers import expat
 
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.diagnostics.fast_init import fast_init
-from fsmkit.scxml.broken import tell_broken
+from fsmkit.scxml.broken import report_broken
 from fsmkit.scxml.names import XINCLUDE
 
 DEEPEST = 100
@@ -29,7 +29,7 @@ DECLARATION = re.compile(rb"<\?xml[^>]*?encoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """An attribute: namespace (empty without a prefix), name, value, and the place of the name."""
+    """An attribute: namespace (empty without a prefix), name, value, location of the name."""
 
     namespace: str
     name: str
@@ -48,12 +48,12 @@ class Element:
     children: tuple[Element, ...]
     text: Text
     span: Span = field(compare=False, repr=False)
-    """The start tag, as far as its first line."""
+    """The start tag, up to the end of its first line."""
     inner: Span = field(compare=False, repr=False)
-    """All between the start tag and the end tag."""
+    """The source between the start tag and the end tag."""
 
     def get(self, name: str, namespace: str = "") -> Text | None:
-        """Return the value of an attribute, None where there is none."""
+        """Return the value of an attribute, or None."""
         for attribute in self.attributes:
             if attribute.name == name and attribute.namespace == namespace:
                 return attribute.value
@@ -61,7 +61,7 @@ class Element:
 
 
 def decode(content: bytes, name: str, findings: Findings) -> Source | None:
-    """Return the text of a file: by its byte order mark, its declaration, or else UTF-8."""
+    """Return the text of a file, decoded by byte order mark, declaration, or as UTF-8."""
     encoding = _encoding(content)
     try:
         text = content.decode(encoding)
@@ -70,7 +70,7 @@ def decode(content: bytes, name: str, findings: Findings) -> Source | None:
         start = max(0, source.text.find(encoding))
         findings.add(
             "unknown-encoding",
-            f"there is no encoding `{encoding}`",
+            f"unknown encoding `{encoding}`",
             Span(source, start, start + len(encoding)),
             help="save the file as UTF-8",
         )
@@ -89,7 +89,7 @@ def decode(content: bytes, name: str, findings: Findings) -> Source | None:
 
 
 def _readable(content: bytes, encoding: str, error: UnicodeError) -> str:
-    """Return the text before the place where it cannot be decoded, if the codec tells that."""
+    """Return the text before the undecodable byte, if the codec reports its offset."""
     if isinstance(error, UnicodeDecodeError):
         with suppress(UnicodeError):
             return content[: error.start].decode(encoding, errors="replace")
@@ -113,7 +113,7 @@ def _encoding(content: bytes) -> str:
 
 
 def read_nodes(source: Source, findings: Findings) -> Element | None:
-    """Return the root element of a text, or None after saying why there is none."""
+    """Return the root element of a text, or None after reporting an error."""
     builder = _Builder(source, findings)
     try:
         return builder.build()
@@ -121,19 +121,19 @@ def read_nodes(source: Source, findings: Findings) -> Element | None:
         byte = max(0, builder.parser.ErrorByteIndex)  # negative where nothing was read
         at = min(builder.place(byte), max(0, len(source.text) - 1))
         what = expat.ErrorString(error.code) or "it cannot be read"
-        tell_broken(source, at, what, builder.open[-1].name if builder.open else "", findings)
+        report_broken(source, at, what, builder.open[-1].name if builder.open else "", findings)
     except _Stop:
         pass
     return None
 
 
 class _Stop(Exception):  # noqa: N818  (control flow of this module)
-    """An error was reported after which nothing can follow."""
+    """An error was reported, and parsing cannot continue."""
 
 
 @dataclass
 class _Open:
-    """An element whose end tag has not come yet."""
+    """An element whose end tag has not been read yet."""
 
     namespace: str
     name: str
@@ -142,11 +142,11 @@ class _Open:
     content_start: int
     children: list[Element] = field(default_factory=list)
     pieces: list[tuple[str, int]] = field(default_factory=list)
-    """Character data, and where each piece stands."""
+    """Character data, and the offset of each piece."""
 
 
 class _Builder:
-    """Makes elements of what expat tells, in one pass."""
+    """Builds elements from the events of expat, in one pass."""
 
     def __init__(self, source: Source, findings: Findings) -> None:
         self.source = source
@@ -174,11 +174,11 @@ class _Builder:
         """Return the offset in characters of an offset in bytes."""
         return byte if self._starts is None else bisect_right(self._starts, byte) - 1
 
-    def _here(self) -> int:
+    def _offset(self) -> int:
         return self.place(self.parser.CurrentByteIndex)
 
-    def _refuse(self, what: str, advice: str) -> None:
-        at = self._here()
+    def _reject(self, what: str, advice: str) -> None:
+        at = self._offset()
         end = self.source.text.find(">", at) + 1 or at + 1
         place = Span(self.source, at, end)
         self._findings.add("xml-beyond-charts", what, place, help=advice)
@@ -189,24 +189,24 @@ class _Builder:
     ) -> None:
         del has_internal_subset
         if system_id is not None or public_id is not None:
-            self._refuse(
+            self._reject(
                 f"the declaration of `{name}` names an external subset; it is not read",
-                "remove `<!DOCTYPE ...>`: a chart needs none",
+                "remove `<!DOCTYPE ...>`: a chart does not need it",
             )
 
     def _entity(self, name: str, *rest: object) -> None:
         del rest
-        self._refuse(
+        self._reject(
             f"the entity `{name}` is declared; entities are not read",
-            "write out what it stands for, and remove the declaration",
+            "write out its text, and remove the declaration",
         )
 
     def _skipped(self, name: str, is_parameter: bool) -> None:
         if not is_parameter:
-            self._refuse(f"the entity `{name}` is not known", "write out what it stands for")
+            self._reject(f"the entity `{name}` is not known", "write out its text")
 
     def _start(self, name: str, pairs: list[str]) -> None:
-        at = self._here()
+        at = self._offset()
         if len(self.open) >= DEEPEST:
             self._findings.add(
                 "nested-too-deep",
@@ -217,7 +217,7 @@ class _Builder:
             raise _Stop
         namespace, local = _split(name)
         if namespace == XINCLUDE:
-            self._refuse("an inclusion is not read", "write its content here")
+            self._reject("an inclusion is not read", "write its content here")
         attributes, end = self._attributes(at, pairs)
         text = self.source.text
         end = text.find(">", end) + 1 or len(text)
@@ -226,7 +226,7 @@ class _Builder:
         self.open.append(_Open(namespace, local, attributes, span, end))
 
     def _attributes(self, at: int, pairs: list[str]) -> tuple[tuple[Attribute, ...], int]:
-        """Return the attributes of the start tag at an offset, and where the last of them ends."""
+        """Return the attributes of the start tag at an offset, and the end of the last one."""
         text = self.source.text
         end = at + 1
         while end < len(text) and text[end] not in " \t\n/>":
@@ -251,12 +251,12 @@ class _Builder:
         return Text(value, span, offsets if len(offsets) == len(value) else ())
 
     def _data(self, data: str) -> None:
-        self.open[-1].pieces.append((data, self._here()))
+        self.open[-1].pieces.append((data, self._offset()))
 
     def _end(self, name: str) -> None:
         del name
         done = self.open.pop()
-        end = max(self._here(), done.content_start)
+        end = max(self._offset(), done.content_start)
         if self.source.text.startswith("/>", done.content_start - 2):
             end = done.content_start
         inner = Span(self.source, done.content_start, end)
@@ -276,7 +276,7 @@ class _Builder:
 
 
 def _joined(pieces: list[tuple[str, int]], inner: Span) -> Text:
-    """Return character data as one text; offsets only where it does not stand in one piece."""
+    """Return character data as one text, with offsets if it consists of several pieces."""
     if not pieces:
         return Text("", Span(inner.source, inner.start, inner.start))
     value = "".join(data for data, _ in pieces)

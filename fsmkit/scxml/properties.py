@@ -1,7 +1,7 @@
-"""``fk:property`` and ``fk:environment``: what shall hold of a chart, and what may come to it.
+"""``fk:property`` and ``fk:environment``: properties of a chart, and its environment.
 
-``<fk:property name="safe" never="In(moving) and blocked"/>``; of two conditions the second is
-``then``, the time between them ``time``. Lists have commas between their items.
+``<fk:property name="safe" never="In(moving) and blocked"/>``; a second condition is ``then``, the
+time between them ``time``. Lists have commas between their items.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from lxml import etree
 from fsmkit.diagnostics import Text, fail
 from fsmkit.document import keys
 from fsmkit.document.document import DocEnvironment, DocProperty
-from fsmkit.document.lists import as_one, items_in
+from fsmkit.document.lists import join_items, split_items
 from fsmkit.scxml.context import Context
 from fsmkit.scxml.markup import add, extension, put
 from fsmkit.scxml.nodes import Element
 
 
 def read_properties(elements: Iterable[Element], context: Context) -> Iterator[DocProperty]:
-    """Yield what shall hold, as far as it can be read."""
+    """Yield the readable properties."""
     for element in elements:
         name = context.required(element, "name")
         kinds = [one for one in element.attributes if one.name in keys.PROPERTY]
@@ -43,7 +43,7 @@ def read_properties(elements: Iterable[Element], context: Context) -> Iterator[D
 
 
 def read_environment(elements: Iterable[Element], context: Context) -> DocEnvironment | None:
-    """Return what may come from outside; None where the chart does not say it."""
+    """Return the environment of a chart; None if the chart does not declare one."""
     found = list(elements)
     for again in found[1:]:
         context.conflict(again.span, "`<fk:environment>` is given twice; the first counts")
@@ -55,11 +55,11 @@ def read_environment(elements: Iterable[Element], context: Context) -> DocEnviro
 
 def _list(element: Element, name: str, context: Context) -> tuple[Text, ...]:
     text = context.given(element, name)
-    return () if text is None else tuple(item.strip() for item in items_in(text))
+    return () if text is None else tuple(item.strip() for item in split_items(text))
 
 
 def add_properties(root: etree._Element, properties: Iterable[DocProperty]) -> None:
-    """Append what shall hold."""
+    """Append the properties."""
     for one in properties:
         element = add(root, extension("property"))
         put(element, "name", one.name)
@@ -70,7 +70,7 @@ def add_properties(root: etree._Element, properties: Iterable[DocProperty]) -> N
 
 
 def add_environment(root: etree._Element, environment: DocEnvironment) -> None:
-    """Append what may come from outside."""
+    """Append the environment."""
     element = add(root, extension("environment"))
     put(element, "may", _joined(environment.may))
     put(element, "will", _joined(environment.will))
@@ -79,11 +79,11 @@ def add_environment(root: etree._Element, environment: DocEnvironment) -> None:
 def _joined(items: tuple[Text, ...]) -> str | None:
     if not items:
         return None
-    text = as_one(items)
+    text = join_items(items)
     if text is None:
         raise fail(
             "not-expressible",
-            "these items cannot be told apart with commas between them",
+            "these items cannot be separated by commas",
             items[0],
             help="close all parentheses, and leave no item empty",
         )

@@ -1,4 +1,4 @@
-"""From the root element to a Document: the chart and its declarations (SCXML 3.2, 5.2)."""
+"""Reading of the root element into a Document: the chart and its declarations (SCXML 3.2, 5.2)."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def read_document(source: Source, findings: Findings) -> doc.Document | None:
 
 
 def read_as_far(source: Source, findings: Findings) -> doc.Document | None:
-    """Return the document of an SCXML text as far as it can be read; None where it is no chart."""
+    """Return the readable part of an SCXML text; None if it is not a chart."""
     root = read_nodes(source, findings)
     if root is None:
         return None
     if root.name != "scxml" or root.namespace == EXTENSION:
         findings.add(
             "not-scxml",
-            f"`<{root.name}>` is no chart",
+            f"`<{root.name}>` is not a chart",
             root.span,
             help="the outermost element of a chart is `<scxml>`",
         )
@@ -66,7 +66,7 @@ def _read_chart(root: Element, context: Context) -> doc.Document:
 
 
 def _datamodel(root: Element, context: Context) -> str:
-    """Return the data model; an absent or foreign one is read as the subset of ECMAScript."""
+    """Return the data model; an absent or unknown one is read as the subset of ECMAScript."""
     given = root.get("datamodel")
     name = "ecmascript" if given is None else given.value.strip().lower()
     if given is None or name in keys.CHART["datamodel"].choices:
@@ -85,7 +85,7 @@ class _ChartReader:
     """Reads the ``scxml`` element and the declarations in it."""
 
     def __init__(self, root: Element, context: Context) -> None:
-        """Sort the children; what belongs to no chart is a finding."""
+        """Sort the children; report those that do not belong to a chart."""
         self._root = root
         self._context = context
         self._states = StateReader(context, _read_chart)
@@ -162,7 +162,7 @@ class _ChartReader:
             self._context.misread(version, message, "write `1.0`", ("1.0",))
 
     def _script(self) -> tuple[Block, tuple[doc.DocFunction, ...]]:
-        """Return what the scripts do, and the functions of ECMAScript that they declare."""
+        """Return the statements of the scripts, and the functions that they declare."""
         block: list[WrittenStatement] = []
         functions: list[doc.DocFunction] = []
         for script in self._parts.get("script", ()):

@@ -1,4 +1,4 @@
-"""From elements to states and transitions (SCXML 3.3 to 3.11, 5.5, 6.4)."""
+"""Reading of elements into states and transitions (SCXML 3.3 to 3.11, 5.5, 6.4)."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ ReadChart = Callable[[Element, Context], doc.Document]
 
 
 class StateReader:
-    """Reads states; what is wrong goes to the findings, and the rest is still read."""
+    """Reads states; errors go to the findings, and the rest is still read."""
 
     def __init__(self, context: Context, read_chart: ReadChart) -> None:
-        """Read in a context; ``read_chart`` reads charts that stand inside of an ``invoke``."""
+        """Read in a context; ``read_chart`` reads inline charts of an ``invoke``."""
         self._context = context
         self._read_chart = read_chart
 
@@ -53,7 +53,7 @@ class StateReader:
             default = self.initial(element, parts.get("initial", []))
         for used in parts.get("fk:use", ()):
             default = self.initial(used, []) or default
-        each = context.fk(element, "for")
+        index_range = context.fk(element, "for")
         done, done_content = self._done(parts.get("donedata", []))
         return doc.DocState(
             id=id_,
@@ -66,7 +66,7 @@ class StateReader:
             done_data=done,
             done_content=done_content,
             use=self._use(parts.get("fk:use", [])),
-            each=None if each is None else each.strip(),
+            index_range=None if index_range is None else index_range.strip(),
             doc=read_doc(element, parts.get("fk:doc", []), context),
             **read_keys(element, keys.STATE, context, parts),
         )
@@ -170,7 +170,7 @@ class StateReader:
     # --- used charts ----------------------------------------------------------------------
 
     def _use(self, elements: list[Element]) -> doc.DocUse | None:
-        """Read the chart that fills a state, and how it is joined with this one."""
+        """Read the chart that fills a state, and its bindings."""
         context = self._context
         if not elements:
             return None
@@ -254,7 +254,7 @@ class StateReader:
 
 
 def read_doc(element: Element, elements: list[Element], context: Context) -> str:
-    """Return what an element is for: the attribute ``fk:doc`` or elements of that name."""
+    """Return the documentation of an element: the attribute ``fk:doc`` or elements of that name."""
     attribute = context.fk(element, "doc")
     texts = [] if attribute is None else [attribute.value]
     return "\n".join(t.strip() for t in (*texts, *(e.text.value for e in elements))).strip()

@@ -1,4 +1,4 @@
-"""From a Document to SCXML that reads back to an equal Document."""
+"""Writing of a Document as SCXML that reads back as an equal Document."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ TAGS = {
 
 def write_document(document: Document) -> str:
     """Return the text of a document; comments and the layout of the source are not kept."""
-    namespaces: Any = {None: SCXML, PREFIX: EXTENSION}  # published types leave out None
+    namespaces: Any = {None: SCXML, PREFIX: EXTENSION}  # published types omit None
     root = etree.Element(f"{{{SCXML}}}scxml", nsmap=namespaces)
     _add_chart(root, document)
     etree.indent(root, "  ")
@@ -81,7 +81,7 @@ def _add_doc(parent: etree._Element, doc: str) -> None:
 
 
 def _put_keys(element: etree._Element, part: object, rows: Keys) -> None:
-    """Write the keys of a part that are attributes, those of SCXML first."""
+    """Write the keys of a part as attributes, those of SCXML first."""
     given = [row for row in rows.values() if row.form in ATTRIBUTE and row.is_given(part)]
     for row in sorted(given, key=lambda row: (row.scxml or "").startswith(f"{PREFIX}:")):
         if row.scxml is not None:
@@ -99,11 +99,11 @@ ATTRIBUTE: Mapping[Form, Callable[[Any, Key], Text | str | None]] = {
     Form.NAMES: lambda value, _: joined(value),
     Form.TARGETS: lambda value, _: joined(value),
 }
-"""How a form is written as an attribute."""
+"""The writers of forms as attributes."""
 
 
 def _add_keys(element: etree._Element, part: object, *rows: Key) -> None:
-    """Write keys of a part that are elements."""
+    """Write the keys of a part as elements."""
     for row in rows:
         if not row.is_given(part) or row.scxml is None:
             continue
@@ -202,10 +202,10 @@ def _add_state(parent: etree._Element, state: DocState) -> None:
 
 
 def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
-    """Write all of a state but its name; its kind only where the element does not say it."""
+    """Write a state without its name; its kind only if the element does not imply it."""
     if state.kind is not usual:
         put(element, ours(element, "kind"), state.kind.value)
-    put(element, ours(element, "for"), state.each)
+    put(element, ours(element, "for"), state.index_range)
     _put_keys(element, state, keys.STATE)
     _add_doc(element, state.doc)
     _add_keys(element, state, keys.STATE["data"])
@@ -231,7 +231,7 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
 
 
 def _add_initial(element: etree._Element, initial: DocTransition | None) -> None:
-    """Write an attribute where it says all, else an element (SCXML 3.6)."""
+    """Write an attribute if it suffices, else an element (SCXML 3.6)."""
     if initial is None:
         return
     if _is_attribute(initial):

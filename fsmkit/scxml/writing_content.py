@@ -1,4 +1,4 @@
-"""From statements to executable content (SCXML 4)."""
+"""Writing of statements as executable content (SCXML 4)."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _add_statement(parent: etree._Element, statement: stmt.WrittenStatement) -> 
         case stmt.Fail(reason):
             put(add(parent, extension("unreadable")), "reason", reason)
         case stmt.Assign() | stmt.CallOperation() | stmt.Log():
-            # other tools take these for what they are in ECMAScript too
+            # other tools read these as ECMAScript, too
             add_script(parent, (statement,))
         case _:
             assert_never(statement)

@@ -18,7 +18,7 @@ from fsmkit.diagnostics import Findings, Fix, Text
 from fsmkit.diagnostics.fixes import add_nested_items, remove_entry
 from fsmkit.document.document import Direction
 from fsmkit.document.keys import ENVIRONMENT
-from fsmkit.document.lists import items_in
+from fsmkit.document.lists import split_items
 from fsmkit.system.connections import find_machine, names_of_events, report_duplicate
 from fsmkit.system.indices import INDEXED, expand_indices
 from fsmkit.system.machine import FreeInput, Machine, Possible
@@ -154,7 +154,7 @@ def _item(
         return
     arguments = text.part(*match.span(3)) if match[3] is not None else None
     values = {}
-    for part in items_in(arguments) if arguments is not None else ():
+    for part in split_items(arguments) if arguments is not None else ():
         _argument(chart, chart.events[index].fields, part, values, findings)
     named.append(Named(machine, index, fair, values))
 
@@ -282,7 +282,7 @@ def _argument(
     groups = [2, 3] if match is range_ else [2]
     texts = [text.part(*match.span(group)) for group in groups]
     if match is one_of:
-        texts = items_in(texts[0])
+        texts = split_items(texts[0])
     values = [_value(chart, field, part.strip(), findings) for part in texts]
     found = [value for value in values if value is not None]
     if match is range_ and len(found) == 2:

@@ -1,4 +1,4 @@
-"""Why a text is no YAML, in terms of what was typed: indentation, tabs, quotes."""
+"""Reports of YAML syntax errors in terms of the typed text: indentation, tabs, quotes."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from fsmkit.yaml.layout import quoted
 TAB = re.compile(r" *(\t+)")
 TABS = re.compile(r"^ *(\t+)", re.MULTILINE)
 UNSPACED = re.compile(r"([\w.*-]+):(?![\s:/])(.+)")
-"""A key and its value without the blank that YAML wants between them."""
+"""A key and its value without the blank that YAML requires between them."""
 NEXT_KEY = re.compile(r",\s*[\w.-]+\s*:\s")
-"""What ends a value within braces."""
+"""The end of a value within braces."""
 UNDASHED = re.compile(r"-([^\s\->0-9].*)")
 LAST_WORD = re.compile(r"\s(\w+)$")
 LONGEST_KEY = 1024
 """Characters of a key before its colon (YAML 1.2, 7.4.3)."""
 MOST_LINES = 500
-"""So many lines before a misplaced one are looked at."""
+"""At most this many lines before a misplaced line are searched."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """A line that holds something: where its text begins, and how far it is indented."""
+    """A line that is not blank: the column of its text, and its indentation."""
 
     source: Source
     number: int
@@ -35,16 +35,16 @@ class _Line:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is nothing but a comment."""
+        """Return whether the line contains only a comment."""
         return self.source.line(self.number).lstrip()[:1] in ("", "#")
 
     def text_before(self, column: int) -> str:
-        """Return what stands before a column."""
+        """Return the text before a column."""
         return self.source.line(self.number)[: column - 1]
 
     @property
     def span(self) -> Span:
-        """The place of its first character."""
+        """The location of its first character."""
         start = self.source.offset(self.number, self.indent + 1)
         return Span(self.source, start, start + 1)
 
@@ -59,20 +59,20 @@ def _position(source: Source, mark: yaml.Mark) -> tuple[int, int]:
     return source.position(min(mark.index, len(source.text)))
 
 
-def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings) -> None:
-    """Report why the parser gave up."""
+def report_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings) -> None:
+    """Report a syntax error of the YAML parser."""
     mark = error.problem_mark or error.context_mark
     offset = min(mark.index if mark else 0, len(source.text))
     number, column = source.position(offset)
-    here = _line(source, number)
-    if _is_long_key(here, findings):
+    line_at = _line(source, number)
+    if _is_long_key(line_at, findings):
         return
-    if _is_tab(here, findings) or _is_unspaced(here, error, findings):
+    if _is_tab(line_at, findings) or _is_unspaced(line_at, error, findings):
         return
-    if _is_misplaced(here, column, error, findings) or _is_open(source, error, offset, findings):
+    if _is_misplaced(line_at, column, error, findings) or _is_open(source, error, offset, findings):
         return
     problem = error.problem or ""
-    advice = "check indentation, quotes and brackets around this place"
+    advice = "check indentation, quotes and brackets around this location"
     line = source.line(number)
     if "mapping values are not allowed" in problem and ": " in line:
         key, _, rest = line.strip().partition(": ")
@@ -82,62 +82,62 @@ def tell_broken(source: Source, error: yaml.MarkedYAMLError, findings: Findings)
         advice = "inside `{}` and `[]` a text with one of `, [ ] { }` must be quoted"
         advice += f": `{quoted(text)}`" if text else ""
     elif problem.startswith("expected <block end>, but found"):
-        advice = "do not mix items of a list, which begin with `- `, and keys"
+        advice = "do not mix items of a list, which start with `- `, and keys"
     elif "cannot start any token" in problem and "\\t" not in problem:
-        advice = "a text that begins with this character must be quoted"
+        advice = "a text that starts with this character must be quoted"
     elif "\t" in line or "\\t" in problem:
         advice = "YAML is separated by blanks: write one for the tab"
     what = ", ".join(part for part in (error.context, problem) if part)
     findings.add("broken-yaml", what, Span(source, offset, offset + 1), help=advice)
 
 
-def _is_long_key(here: _Line, findings: Findings) -> bool:
+def _is_long_key(line_at: _Line, findings: Findings) -> bool:
     """Report a line whose key is longer than YAML allows."""
-    text = here.source.line(here.number)
-    length = text.find(":") - here.indent
+    text = line_at.source.line(line_at.number)
+    length = text.find(":") - line_at.indent
     if length <= LONGEST_KEY:
         return False
     findings.add(
         "broken-yaml",
         f"a key has {length:,} characters; YAML allows {LONGEST_KEY:,}",
-        here.span,
+        line_at.span,
         help="choose a shorter name",
     )
     return True
 
 
-def _is_tab(here: _Line, findings: Findings) -> bool:
+def _is_tab(line_at: _Line, findings: Findings) -> bool:
     """Report a tab in the indentation of a line."""
-    match = TAB.match(here.source.line(here.number))
+    match = TAB.match(line_at.source.line(line_at.number))
     if match is None:
         return False
-    start = here.source.offset(here.number, match.start(1) + 1)
+    start = line_at.source.offset(line_at.number, match.start(1) + 1)
     findings.add(
         "broken-yaml",
         "YAML is indented with blanks; here is a tab",
-        Span(here.source, start, start + len(match[1])),
+        Span(line_at.source, start, start + len(match[1])),
         help="fix: write two blanks for each tab",
-        fixes=_untabbed(here.source),
+        fixes=_untabbed(line_at.source),
     )
     return True
 
 
-def _is_unspaced(here: _Line, error: yaml.MarkedYAMLError, findings: Findings) -> bool:
-    """Report a line that is no entry: its colon or its dash has no blank behind it, or is missing.
+def _is_unspaced(line_at: _Line, error: yaml.MarkedYAMLError, findings: Findings) -> bool:
+    """Report a line whose colon or dash has no blank after it, or is missing.
 
-    YAML takes it for a text, which goes on in the next line, and wonders about the colon there.
+    YAML reads it as a text that continues in the next line, and rejects the colon there.
     """
     problem = error.problem or ""
     if "could not find expected ':'" in problem and error.context_mark:
-        line = _line(here.source, _position(here.source, error.context_mark)[0])
+        line = _line(line_at.source, _position(line_at.source, error.context_mark)[0])
     elif "mapping values are not allowed" in problem:
-        above = next(_before(here, 1), None)
-        if above is None or above.indent > here.indent:
+        above = next(_before(line_at, 1), None)
+        if above is None or above.indent > line_at.indent:
             return False
         line = above
     else:
         return False
-    text = here.source.line(line.number).strip()
+    text = line_at.source.line(line.number).strip()
     if (unspaced := UNSPACED.fullmatch(text)) is not None:
         message, wanted = "a blank is missing after the colon", f"{unspaced[1]}: {unspaced[2]}"
         advice = f"write `{wanted}`"
@@ -151,14 +151,14 @@ def _is_unspaced(here: _Line, error: yaml.MarkedYAMLError, findings: Findings) -
     else:
         return False
     start = line.span.start
-    place = Span(here.source, start, start + len(text))
+    place = Span(line_at.source, start, start + len(text))
     fix = Fix(f"Write `{wanted}`", (Edit(place, wanted),), is_sure=True)
     findings.add("broken-yaml", message, place, help=advice, fixes=(fix,))
     return True
 
 
 def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings: Findings) -> bool:
-    """Report a bracket or a quote that is not closed, a comma that is missing, a wire in braces."""
+    """Report an unclosed bracket or quote, a missing comma, or a connection in braces."""
     problem, start = error.problem or "", error.context_mark
     if "quoted scalar" in (error.context or "") and start:
         opening = Span(source, start.index, start.index + 1)
@@ -184,7 +184,7 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
         closing = "}" if source.text[start.index] == "{" else "]"
         findings.add(
             "broken-yaml", f"this `{source.text[start.index]}` is not closed", opening,
-            secondary=[(Span(source, offset, offset + 1), "here something else begins")],
+            secondary=[(Span(source, offset, offset + 1), "another value starts here")],
             help=f"close it with `{closing}` at the end of its line",
         )  # fmt: skip
         return True
@@ -207,7 +207,7 @@ def _is_open(source: Source, error: yaml.MarkedYAMLError, offset: int, findings:
 
 
 def _value_at(line: str, column: int) -> str:
-    """Return the value, within braces, of which a column is a part; empty if there is none."""
+    """Return the value within braces around a column, or an empty string."""
     start = line.rfind(": ", 0, column) + 2
     if start <= 1:
         return ""
@@ -220,34 +220,34 @@ def _value_at(line: str, column: int) -> str:
 
 
 def _is_misplaced(
-    here: _Line, column: int, error: yaml.MarkedYAMLError, findings: Findings
+    line_at: _Line, column: int, error: yaml.MarkedYAMLError, findings: Findings
 ) -> bool:
-    """Report a line whose indentation is that of no entry before it.
+    """Report a line with an indentation that no entry before it has.
 
-    Either it begins where the parser expected the end of a block, or it continues the value of
-    the line before though it has a key of its own.
+    It starts where the parser expected the end of a block, or continues the value of the line
+    before although it has a key.
     """
     problem = error.problem or ""
-    starts_here = column == here.indent + 1
+    starts_here = column == line_at.indent + 1
     if problem.startswith("expected <block end>") and starts_here and error.context_mark:
-        number, start = _position(here.source, error.context_mark)
-        block = _Line(here.source, number, start - 1)
-        candidates = [*_before(here, block.number), block]
-    elif "mapping values are not allowed" in problem and ": " not in here.text_before(column):
-        candidates = list(_before(here, 1))[:1]
+        number, start = _position(line_at.source, error.context_mark)
+        block = _Line(line_at.source, number, start - 1)
+        candidates = [*_before(line_at, block.number), block]
+    elif "mapping values are not allowed" in problem and ": " not in line_at.text_before(column):
+        candidates = list(_before(line_at, 1))[:1]
     else:
         return False
-    known = [line for line in candidates if line.indent != here.indent]
+    known = [line for line in candidates if line.indent != line_at.indent]
     if not known:
         return False
-    near = min(known, key=lambda line: abs(line.indent - here.indent))
+    near = min(known, key=lambda line: abs(line.indent - line_at.indent))
     findings.add(
         "broken-yaml",
-        f"this line is indented by {here.indent}, the entries before it by {near.indent}",
-        here.span,
+        f"this line is indented by {line_at.indent}, the entries before it by {near.indent}",
+        line_at.span,
         secondary=[(near.span, "an entry before it")],
         help=f"fix: indent it by {near.indent}, or as far as the entries it belongs to",
-        fixes=_indented(here, near.indent),
+        fixes=_indented(line_at, near.indent),
     )
     return True
 
@@ -261,16 +261,16 @@ def _untabbed(source: Source) -> tuple[Fix, ...]:
     return (Fix("Write two blanks for each tab", edits),)
 
 
-def _indented(here: _Line, indent: int) -> tuple[Fix, ...]:
-    """Return the fix that moves a line."""
-    start = here.source.offset(here.number)
-    edit = Edit(Span(here.source, start, start + here.indent), " " * indent)
+def _indented(line_at: _Line, indent: int) -> tuple[Fix, ...]:
+    """Return the fix that changes the indentation of a line."""
+    start = line_at.source.offset(line_at.number)
+    edit = Edit(Span(line_at.source, start, start + line_at.indent), " " * indent)
     return (Fix(f"Indent it by {indent}", (edit,)),)
 
 
-def _before(here: _Line, first: int) -> Iterator[_Line]:
-    """Yield the lines before, nearest first, from that number on, that hold more than a comment."""
-    for number in range(here.number - 1, max(first, here.number - MOST_LINES) - 1, -1):
-        line = _line(here.source, number)
+def _before(line_at: _Line, first: int) -> Iterator[_Line]:
+    """Yield the lines before `line_at` down to line `first`, nearest first, without comments."""
+    for number in range(line_at.number - 1, max(first, line_at.number - MOST_LINES) - 1, -1):
+        line = _line(line_at.source, number)
         if not line.is_empty:
             yield line

@@ -1,4 +1,4 @@
-"""From the bytes of a YAML file to its text."""
+"""Decoding of YAML files."""
 
 from __future__ import annotations
 

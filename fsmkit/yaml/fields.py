@@ -1,4 +1,4 @@
-"""The keys of one mapping, read as what they should be: texts, flags, names, statements."""
+"""The keys of one mapping, read by their forms: texts, flags, names, statements."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ WORD = re.compile(r"[^\s,]+")
 
 
 class Fields:
-    """A mapping of which every key is known; what is absent or wrong reads as absent."""
+    """A mapping with known keys; absent and wrong values read as absent."""
 
     def __init__(self, mapping: nodes.Mapping, known: Keys, what: str, findings: Findings):
-        """Report the keys that are not known."""
+        """Report unknown keys."""
         nodes.check_keys(mapping, known, what, findings, BELONGS)
         self.known = known
         self.span: Span = mapping.span
@@ -37,12 +37,12 @@ class Fields:
         return key in self._nodes
 
     def read(self) -> dict[str, Any]:
-        """Return the values of the keys that are given, but for those with a codec, by field."""
+        """Return the values of the given keys by field, except keys with a codec."""
         rows = (self.known[name] for name in self.order if name in self.known)
         return {row.field: READ[row.form](self, row) for row in rows if row.form in READ}
 
     def node(self, key: str) -> nodes.Node | None:
-        """Return what stands under a key."""
+        """Return the node under a key."""
         return self._nodes.get(key)
 
     def text(self, key: str) -> Text | None:
@@ -65,11 +65,11 @@ class Fields:
         return "" if text is None else text.value
 
     def flag(self, key: str) -> bool:
-        """Return whether ``true`` stands under a key; absent is false."""
+        """Return the flag under a key; absent is false."""
         return self.one_of(key, {"false": False, "true": True})
 
     def one_of(self, key: str, choices: Table[str, Choice]) -> Choice:
-        """Return what the word under a key stands for; the first choice where it is absent."""
+        """Return the value of the word under a key; the first choice if it is absent."""
         default = next(iter(choices.values()))
         text = self.text(key)
         if text is None:
@@ -86,7 +86,7 @@ class Fields:
         return choices.get(text.value, default)
 
     def marks(self, key: str, choices: Table[str, object]) -> frozenset[str]:
-        """Return the words under a key; one that is no choice is a finding."""
+        """Return the words under a key; an unknown one is a finding."""
         found = self.names(key)
         for name in found:
             if name.value not in choices:
@@ -105,7 +105,7 @@ class Fields:
         return tuple((name.strip(), value) for name, value in entries)
 
     def text_entries(self, key: str) -> tuple[tuple[Text, Text], ...]:
-        """Return the entries of the mapping under a key, all of which are texts."""
+        """Return the entries of the mapping under a key, whose values are texts."""
         pairs = (
             (name, nodes.require_text(node, f"`{name.value}`", self._findings))
             for name, node in self.entries(key)
@@ -131,7 +131,7 @@ class Fields:
         return tuple(DocData(name, *read_typed(text, self._findings)) for name, text in pairs)
 
     def blocks(self, key: str) -> tuple[Block, ...]:
-        """Return the handlers under a key: one text is one, a list has one for each text."""
+        """Return the handlers under a key: one text is one handler, a list has one per text."""
         match self.node(key):
             case None:
                 return ()
@@ -142,7 +142,7 @@ class Fields:
                 return (block,) if block else ()
 
     def block(self, key: str) -> Block | None:
-        """Return the statements under a key; a list of texts is one block all the same."""
+        """Return the statements under a key; a list of texts is also one block."""
         if key not in self:
             return None
         return tuple(statement for block in self.blocks(key) for statement in block)
@@ -153,7 +153,7 @@ class Fields:
 
 
 def _choices(text: Text, choices: Table[str, object]) -> tuple[Fix, ...]:
-    """Return a fix for each of a few words that may stand in place of one, the nearest first."""
+    """Return the fixes that replace a word by one of a few choices, the nearest first."""
     near = nearest_name(text.value, choices)
     if near is None and set(choices) == {"true", "false"}:
         near = "true" if text.value.lower() in ("yes", "on", "1", "y") else "false"
@@ -175,11 +175,11 @@ READ: Table[Form, Callable[[Fields, Key], object]] = {
     Form.ARGUMENTS: lambda fields, key: fields.arguments(key.name),
     Form.DATA: lambda fields, key: fields.data(key.name),
 }
-"""How each form is read; the form `OWN` has no reader here."""
+"""The readers of the forms; `OWN` has none here."""
 
 
 def names(node: nodes.Node | None, what: str, findings: Findings) -> tuple[Text, ...]:
-    """Return the names in a node: of a list its items, of a text its words."""
+    """Return the names in a node: the items of a list, or the words of a text."""
     match node:
         case None:
             return ()
@@ -194,5 +194,5 @@ def names(node: nodes.Node | None, what: str, findings: Findings) -> tuple[Text,
 
 
 def words(text: Text) -> tuple[Text, ...]:
-    """Split a text at white space and commas, keeping the place of each word."""
+    """Split a text at white space and commas; each word keeps its location."""
     return tuple(text.part(*match.span()) for match in WORD.finditer(text.value))

@@ -1,4 +1,4 @@
-"""Lists, mappings and texts as lines of YAML: in flow style or blocks, quoted where need be."""
+"""Lists, mappings and texts as lines of YAML: in flow style or blocks, quoted where needed."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ LONGEST_KEY = 1000
 
 @dataclass(frozen=True, slots=True)
 class Prose:
-    """A description: it may be wrapped where it is long, and ends in a new line or not."""
+    """A description: long lines may be wrapped, and it may end in a new line."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Short:
-    """A list or mapping that is written in flow style if all of its line is at most ``width``."""
+    """A list or mapping in flow style if its line has at most ``width`` characters."""
 
     value: dict[str, Tree] | list[Tree]
     width: int = WIDTH
@@ -143,7 +143,7 @@ def _flow(tree: Tree) -> str | None:
 
 
 INDICATORS = "!&*\"'[]{}|>%@`#,"
-"""No plain text begins with one of these (YAML 1.2, 5.3)."""
+"""No plain text starts with one of these (YAML 1.2, 5.3)."""
 UNPRINTABLE = re.compile(
     r"[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
 )
@@ -152,7 +152,7 @@ FLOW_SPLIT = re.compile(r"[,?\[\]{}]|^[-:]|:[,\[\]{}]")
 
 
 def is_plain(text: str, *, in_flow: bool = False) -> bool:
-    """Whether a text reads back as itself without quotes, in flow style or out of it."""
+    """Return whether a text reads back unchanged without quotes, in flow style or outside it."""
     return not (
         UNPRINTABLE.search(text)
         or text[:1] in INDICATORS
@@ -168,7 +168,7 @@ def scalar(text: str, *, in_flow: bool = False) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text in quotes, in single ones where that saves escapes."""
+    """Return a quoted text, in single quotes where that saves escapes."""
     if UNPRINTABLE.search(text):
         # JSON is a subset of YAML, except that it writes astral characters as surrogates
         return UNPRINTABLE.sub(_escaped, json.dumps(text, ensure_ascii=False))

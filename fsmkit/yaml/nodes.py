@@ -1,7 +1,7 @@
-"""YAML as small frozen nodes: every scalar is text with its place, nothing is resolved.
+"""YAML as small frozen nodes: every scalar is text with its location, nothing is resolved.
 
-The parser of PyYAML gives the structure and the marks. Tags, anchors, aliases, ``<<`` and
-duplicate keys are errors, and ``on``, ``off``, ``null`` and ``1:30`` are what they say.
+The parser of PyYAML gives the structure and the marks. Tags, anchors, aliases, ``<<`` and duplicate
+keys are errors. ``on``, ``off``, ``null`` and ``1:30`` are plain texts.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from fsmkit.diagnostics import Findings, Severity, Source, Span, Text
 from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.diagnostics.fixes import remove_entry, replace_text
 from fsmkit.diagnostics.suggestions import suggest_key
-from fsmkit.yaml.broken import UNSPACED, tell_broken
+from fsmkit.yaml.broken import UNSPACED, report_broken
 from fsmkit.yaml.layout import quoted
 from fsmkit.yaml.places import offsets_of
 
 DEEPEST = 200
 """Levels of nesting, two for each state: the readers recurse, and no chart is deeper."""
 MOST_PIECES = 20
-"""Where YAML split a text at its commas, so many pieces are put together again to report it."""
+"""At most this many pieces of a text that YAML split at commas are joined again for a report."""
 NOWHERE: Table[str, str] = {}
-UNLIKE = re.compile(r"[\t\ufeff]|[|>][-+0-9]*#|:\s+(?:#.*\n\s*)*[]},]")
-"""Where libyaml takes what PyYAML's own parser refuses, or sees it in another place."""
+LIBYAML_DIFFERS = re.compile(r"[\t\ufeff]|[|>][-+0-9]*#|:\s+(?:#.*\n\s*)*[]},]")
+"""Texts that libyaml accepts or locates differently from PyYAML's own parser."""
 NO_TEXT = (
     (
         re.compile(r"[\ud800-\udfff]"),
@@ -39,10 +39,10 @@ NO_TEXT = (
     (
         re.compile(r"\0"),
         "the character U+0000",
-        "leave it out: names and strings of C end there",
+        "remove it: names and strings of C end there",
     ),
 )
-"""What no text may hold, by escapes: a pattern, the name of it, and a way out."""
+"""Characters that no text may contain: a pattern, a description, and advice."""
 COMMENT = re.compile(r"[ \t]+#.*")
 EXAMPLES = {
     "after": "{5s: target}",
@@ -58,21 +58,21 @@ EXAMPLES = {
     "outputs": "{lamp: bool}",
     "states": "{idle: {}, busy: {}}",
 }
-"""How what stands under a key may look."""
+"""Examples of values, by key."""
 APOSTROPHE = re.compile(r"(?<=\w)'(?=\w)")
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Scalar:
-    """A text. ``quoted``: it stood in quotes or as a block."""
+    """A text. ``quoted``: it is in quotes or in a block."""
 
     text: Text
     quoted: bool = False
 
     @property
     def span(self) -> Span:
-        """The place of the text."""
+        """The location of the text."""
         return self.text.span
 
 
@@ -99,13 +99,13 @@ Kind = TypeVar("Kind", Sequence, Mapping)
 
 
 def read_nodes(source: Source, findings: Findings) -> Node | None:
-    """Return the root node of the only document of a text, or None after saying why not."""
+    """Return the root node of a text with one document, or None after reporting an error."""
     return read_by_libyaml(source, findings) or read_by_pyyaml(source, findings)
 
 
 def read_by_libyaml(source: Source, findings: Findings) -> Node | None:
-    """Return the same in a tenth of the time, or None where the two may not agree or it fails."""
-    if not yaml.__with_libyaml__ or UNLIKE.search(source.text):
+    """Return the same ten times faster; None if the two parsers may differ or it fails."""
+    if not yaml.__with_libyaml__ or LIBYAML_DIFFERS.search(source.text):
         return None
     if yaml.reader.Reader.NON_PRINTABLE.search(source.text):
         return None
@@ -121,21 +121,21 @@ def read_by_libyaml(source: Source, findings: Findings) -> Node | None:
 
 
 def read_by_pyyaml(source: Source, findings: Findings) -> Node | None:
-    """Return the root node as the specification of `read_nodes` has it, with every finding."""
+    """Return the root node as `read_nodes` specifies, with every finding."""
     try:
         return _Composer(source, yaml.SafeLoader(source.text).get_event, findings).root()
     except yaml.reader.ReaderError as error:
         findings.add(
             "broken-yaml",
-            f"the character U+{_code(error):04X} cannot stand in YAML",
+            f"the character U+{_code(error):04X} is not allowed in YAML",
             Span(source, error.position, error.position + 1),
             help="remove it; if the file is full of them, save it as UTF-8",
         )
     except yaml.MarkedYAMLError as error:
-        tell_broken(source, error, findings)
-    except (ValueError, OverflowError) as error:  # what int() and chr() think of an escape
+        report_broken(source, error, findings)
+    except (ValueError, OverflowError) as error:  # errors of int() and chr() for an escape
         findings.add(
-            "broken-yaml", f"an escape makes no character: {error}", Span(source, 0, 1),
+            "broken-yaml", f"an escape is not a character: {error}", Span(source, 0, 1),
             help="correct the escapes `\\x`, `\\u` and `\\U`",
         )  # fmt: skip
     except _TooDeep as error:
@@ -159,10 +159,10 @@ class _TooDeep(Exception):  # noqa: N818  (it never leaves this module)
 
 
 class _Composer:
-    """Makes nodes of parser events, as ``yaml.compose`` does, but with nothing resolved."""
+    """Builds nodes from parser events, like ``yaml.compose``, but without resolving scalars."""
 
     def __init__(self, source: Source, next_event: Callable[[], Any], findings: Findings) -> None:
-        """Stand before the first event."""
+        """Start before the first event."""
         self._source = source
         self._next = next_event
         self._findings = findings
@@ -174,14 +174,14 @@ class _Composer:
         if isinstance(self._next(), yaml.StreamEndEvent):
             self._findings.add(
                 "empty-file", f"`{self._source.name}` is empty", Span(self._source, 0, 0),
-                help="begin with `chart: Name` or `system: Name`",
+                help="start with `chart: Name` or `system: Name`",
             )  # fmt: skip
             return None
         root = self._node(self._next(), 0)
         self._next()  # the end of the document
         after = self._next()
         if not isinstance(after, yaml.StreamEndEvent):
-            self._refuse(after, "a second document", "keep one chart in a file")
+            self._reject(after, "a second document", "keep one chart in a file")
         return root
 
     def _node(self, event: yaml.Event, depth: int) -> Node:
@@ -191,14 +191,14 @@ class _Composer:
         if event.__class__ is yaml.ScalarEvent and event.anchor is event.tag is None:
             return self._scalar(event, span)
         if isinstance(event, yaml.AliasEvent):
-            advice = "write the value out; a text that begins with `*` must be quoted"
-            self._refuse(event, "an alias", advice)
+            advice = "write the value out; a text that starts with `*` must be quoted"
+            self._reject(event, "an alias", advice)
             return Scalar(Text("", span), quoted=True)
         if getattr(event, "anchor", None) is not None:
-            advice = "write the value out where it is needed; quote a text that begins with `&`"
-            self._refuse(event, "an anchor", advice)
+            advice = "write the value out where it is needed; quote a text that starts with `&`"
+            self._reject(event, "an anchor", advice)
         if getattr(event, "tag", None) is not None:
-            self._refuse(event, "a tag", "remove it, or quote a text that begins with `!`")
+            self._reject(event, "a tag", "remove it, or quote a text that starts with `!`")
         match event:
             case yaml.ScalarEvent():
                 return self._scalar(event, span)
@@ -227,12 +227,12 @@ class _Composer:
         return scalar
 
     def _check_comment(self, scalar: Scalar) -> None:
-        """Report a plain text that ends in a comment though its quotes or brackets are open."""
+        """Report a plain text that ends in a comment although a quote or bracket is open."""
         rest = COMMENT.match(self._source.text, scalar.span.end)
         if rest is not None and _is_open(scalar.text.value):
             self._findings.add(
                 "lost-text",
-                "YAML takes what follows ` #` for a comment",
+                "in YAML a comment starts at ` #`",
                 Span(self._source, *rest.span()),
                 help=f"quote the text: {quoted(scalar.text.value + rest[0])}",
                 severity=Severity.WARNING,  # it may be one, after a text of prose
@@ -250,7 +250,7 @@ class _Composer:
             if not isinstance(key, Scalar):
                 self._findings.add(
                     "unexpected-shape", "a key must be a text", key.span,
-                    help="quote it if it begins with `[` or `{`",
+                    help="quote it if it starts with `[` or `{`",
                 )  # fmt: skip
             elif key.text.value == "<<" and not key.quoted:
                 advice = "let a chart extend another instead"
@@ -270,7 +270,7 @@ class _Composer:
         return Mapping(tuple(found.values()), span)
 
     def _rejoined(self, items: list[Node]) -> list[Node]:
-        """Put together again what YAML split at a comma inside parentheses."""
+        """Join the pieces of a text that YAML split at a comma inside parentheses."""
         found: list[Node] = []
         at = 0
         while at < len(items):
@@ -308,13 +308,13 @@ class _Composer:
     def _span(self, event: Any) -> Span:
         return Span(self._source, event.start_mark.index, event.end_mark.index)
 
-    def _refuse(self, event: yaml.Event, what: str, advice: str) -> None:
+    def _reject(self, event: yaml.Event, what: str, advice: str) -> None:
         message = f"{what} is not used in charts"
         self._findings.add("beyond-charts", message, self._span(event), help=advice)
 
 
 def _pieces(nodes: list[Node]) -> int:
-    """Return how many texts after the first close the parentheses that it opens; 0 if none."""
+    """Return how many texts after the first close the parentheses that it opens; 0 if none does."""
     text = ""
     for count, node in enumerate(nodes):
         if not isinstance(node, Scalar) or node.quoted:
@@ -326,16 +326,16 @@ def _pieces(nodes: list[Node]) -> int:
 
 
 def _is_open(text: str) -> bool:
-    """Whether quotes or parentheses are left open; an apostrophe within a word is none."""
+    """Return whether a quote or parenthesis is unclosed; an apostrophe in a word does not count."""
     text = APOSTROPHE.sub("", text)
     return text.count("(") > text.count(")") or text.count('"') % 2 == 1 or text.count("'") % 2 == 1
 
 
-# --- what readers of nodes ask for ------------------------------------------------------------
+# --- checked access to nodes -------------------------------------------------------------------
 
 
 def require_mapping(node: Node | None, what: str, findings: Findings) -> Mapping | None:
-    """Return a node that must be a mapping (or nothing at all), or None after saying so."""
+    """Return a node that must be a mapping, or None if it is absent or after reporting an error."""
     advice = "write `key: value` lines, or `{key: value}`"
     key = what.strip("`")
     if key in EXAMPLES:
@@ -347,8 +347,8 @@ def require_mapping(node: Node | None, what: str, findings: Findings) -> Mapping
 
 
 def require_sequence(node: Node | None, what: str, findings: Findings) -> Sequence | None:
-    """Return a node that must be a list (or nothing at all), or None after saying so."""
-    advice = "begin each entry with `- `"
+    """Return a node that must be a list, or None if it is absent or after reporting an error."""
+    advice = "start each entry with `- `"
     return _required(node, Sequence, f"{what} must be a list", advice, findings)
 
 
@@ -364,7 +364,7 @@ def _required(
 
 
 def require_text(node: Node | None, what: str, findings: Findings) -> Text | None:
-    """Return the text of a node that must be one, or None where there is none or after saying so.
+    """Return the text of a node; None if it is absent or after reporting an error.
 
     White space around it is quoted or indented, and has no meaning.
     """
@@ -387,7 +387,7 @@ def require_text(node: Node | None, what: str, findings: Findings) -> Text | Non
 
 
 def _line_of(span: Span) -> Span:
-    """Return the first line of a place, as far as its text goes."""
+    """Return the first line of a location, as far as its text extends."""
     text = span.source.text[span.start : span.end].split("\n")[0].rstrip()
     return Span(span.source, span.start, span.start + len(text))
 
@@ -399,7 +399,10 @@ def require_record(
     findings: Findings,
     elsewhere: Table[str, str] = NOWHERE,
 ) -> dict[str, Node] | None:
-    """Return the values of a mapping by their keys, which are checked; else None."""
+    """Return the values of a mapping by key, after checking the keys.
+
+    None if it is not a mapping.
+    """
     mapping = require_mapping(node, what, findings)
     if mapping is None:
         return None
@@ -408,21 +411,21 @@ def require_record(
 
 
 def entries_of(node: Node | None, what: str, findings: Findings) -> tuple[tuple[Text, Node], ...]:
-    """Return the entries of what must be a mapping, if it is there."""
+    """Return the entries of an optional mapping."""
     mapping = require_mapping(node, what, findings)
     return () if mapping is None else mapping.entries
 
 
 def items_of(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...]:
-    """Return the items of what must be a list, if it is there."""
+    """Return the items of an optional list."""
     sequence = require_sequence(node, what, findings)
     return () if sequence is None else sequence.items
 
 
-def texts_of(node: Node | None, what: str, each: str, findings: Findings) -> Iterator[Text]:
-    """Yield the texts of what must be a list of them, if it is there."""
+def texts_of(node: Node | None, what: str, item_what: str, findings: Findings) -> Iterator[Text]:
+    """Yield the texts of an optional list of texts."""
     for item in items_of(node, what, findings):
-        if (text := require_text(item, each, findings)) is not None:
+        if (text := require_text(item, item_what, findings)) is not None:
             yield text
 
 
@@ -433,9 +436,9 @@ def check_keys(
     findings: Findings,
     elsewhere: Table[str, str] = NOWHERE,
 ) -> None:
-    """Report each key that is not among those known, and which one may have been meant.
+    """Report each unknown key, with a similar one.
 
-    ``elsewhere`` tells of keys that have a meaning, but not here, where they belong.
+    ``elsewhere`` says where a key belongs that has a meaning in another object.
     """
     for key, _ in mapping.entries:
         if key.value in known:

@@ -1,9 +1,8 @@
-"""Where each character of a YAML scalar stands in the file.
+"""The source offset of each character of a YAML scalar.
 
-Quotes, escapes, folding and indentation make the value of a scalar differ from what is written.
-These functions walk through what is written by the rules of YAML 1.2 (5.7, 6.5, 7.3, 8.1) and say
-for each character of the value where it came from, so that a finding inside a guard or a statement
-points at the very word.
+Quotes, escapes, folding and indentation make the value of a scalar differ from its source. These
+functions follow the rules of YAML 1.2 (5.7, 6.5, 7.3, 8.1) and return the offset of each character,
+so that a finding inside a guard or a statement points at the exact word.
 """
 
 from __future__ import annotations
@@ -19,9 +18,11 @@ ESCAPED_BREAK = re.compile(r"\\(?:\r\n?|[\n\x85\u2028\u2029])[ \t]*")
 
 
 def offsets_of(span: Span, value: str, style: str | None) -> tuple[int, ...] | None:
-    """Return the offset of each character of a scalar's value; None where it stands as it is.
+    """Return the offset of each character of a scalar's value; None if the source is literal.
 
-    ``style`` is the scalar's: None (plain), ``'``, ``"``, ``|`` or ``>``.
+    ``style`` is the scalar's: None (plain), ``'``, ``"``, ``
+
+    `` or ``>``.
     """
     source = span.source.text
     if style is None and source.startswith(value, span.start):
@@ -40,7 +41,7 @@ def offsets_of(span: Span, value: str, style: str | None) -> tuple[int, ...] | N
 
 
 def _in_flow(source: str, at: int, end: int, style: str | None) -> list[int]:
-    """Walk through a plain or quoted scalar: line breaks fold, escapes stand for a character."""
+    """Scan a plain or quoted scalar: line breaks fold, escapes encode characters."""
     found: list[int] = []
     while at < end:
         if style == '"' and (match := ESCAPED_BREAK.match(source, at, end)):
@@ -63,7 +64,7 @@ def _in_flow(source: str, at: int, end: int, style: str | None) -> list[int]:
 
 
 def _breaks(source: str, at: int, end: int, found: list[int]) -> int:
-    """Walk over further line breaks, each of which is a new line of the value."""
+    """Scan further line breaks, each of which is a new line of the value."""
     while match := FOLDED_BREAK.match(source, at, end):
         found.append(at)
         at = match.end()
@@ -71,7 +72,7 @@ def _breaks(source: str, at: int, end: int, found: list[int]) -> int:
 
 
 def _in_block(span: Span, value: str) -> list[int]:
-    """Walk through a block scalar: its lines in order, without indentation, perhaps folded."""
+    """Scan a block scalar: its lines in order, without indentation, perhaps folded."""
     source = span.source.text
     lines: list[tuple[int, str]] = []
     at = source.find("\n", span.start) + 1

@@ -1,4 +1,4 @@
-"""``properties:`` and ``environment:`` of a chart: read to what the Document holds, and written."""
+"""``properties:`` and ``environment:`` of a chart, read into a Document and written."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from fsmkit.yaml.layout import Short, Tree
 from fsmkit.yaml.writing import listed, mapping
 
 PARTS = {1: ("first",), 2: ("first", "then"), 3: ("first", "time", "then")}
-"""What the items of a list under a kind are, by their number."""
+"""The fields of the items of a list under a kind, by the number of items."""
 WATCH = {**keys.PROPERTY, **keys.WATCH}
 
 
 def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]:
-    """Yield what shall hold, as far as it can be read."""
+    """Yield the readable properties."""
     for name, node in fields.entries("properties"):
         if isinstance(node, nodes.Scalar):
             kind = node.text.strip()
@@ -73,7 +73,7 @@ def _of_kind(name: Text, entries: nodes.Mapping, findings: Findings) -> DocPrope
 
 
 def read_environment(fields: Fields, findings: Findings) -> DocEnvironment | None:
-    """Return what may come from outside; None where the chart does not say it."""
+    """Return the environment of a chart; None if the chart does not declare one."""
     node = fields.node("environment")
     entries = nodes.require_mapping(node, "`environment`", findings)
     if node is None or entries is None:
@@ -82,7 +82,7 @@ def read_environment(fields: Fields, findings: Findings) -> DocEnvironment | Non
     return DocEnvironment(inner.texts("may"), inner.texts("will"), fields.keys["environment"].span)
 
 
-def written_properties(properties: tuple[DocProperty, ...]) -> dict[str, Tree]:
+def write_properties(properties: tuple[DocProperty, ...]) -> dict[str, Tree]:
     """Return properties as a mapping."""
     return mapping((one.name, _property(one)) for one in properties)
 
@@ -98,7 +98,7 @@ def _property(one: DocProperty) -> Tree:
     return Short(tree)
 
 
-def written_environment(environment: DocEnvironment) -> Tree:
-    """Return what may come from outside as a mapping."""
+def write_environment(environment: DocEnvironment) -> Tree:
+    """Return an environment as a mapping."""
     parts = {"may": environment.may, "will": environment.will}
     return Short({key: listed(texts) for key, texts in parts.items() if texts})

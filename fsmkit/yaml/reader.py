@@ -1,4 +1,4 @@
-"""From YAML nodes to a Document: the chart and its declarations."""
+"""Reading of the YAML nodes of a chart and its declarations into a Document."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _name(fields: Fields, source: Source, findings: Findings) -> Text:
             "missing-key",
             "a chart needs a name",
             name or Span(source, fields.span.start, fields.span.start + 1),
-            help=f"begin with `chart: {stem.capitalize()}`",
+            help=f"start with `chart: {stem.capitalize()}`",
             fixes=_named(source, fields, stem.capitalize()),
         )
     return Text(stem, Span(source, 0, 0))

@@ -1,4 +1,4 @@
-"""The JSON Schema of charts for editors, made of the rows of keys."""
+"""The JSON Schema of charts for editors, generated from the table of keys."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fsmkit.document.keys import Form
 Schema = dict[str, Any]
 
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
-"""Nothing is resolved, so whatever YAML takes for a number or `null` is a text too."""
+"""Nothing is resolved, so a YAML number or `null` is also a text."""
 FLAG: Schema = {"type": "boolean"}
 NAMES: Schema = {"anyOf": [TEXT, {"type": "array", "items": TEXT}]}
 TEXTS: Schema = {"type": "array", "items": TEXT}
@@ -53,7 +53,7 @@ FORMS: Mapping[Form, Schema] = {
     Form.ARGUMENTS: TABLE,
     Form.DATA: TABLE,
 }
-"""What stands under a key of a form, where that is not a text."""
+"""The schema of the value of a form, unless it is a text."""
 CODECS: dict[str, Schema] = {
     "after": _table(_ref("transitions")),
     "always": _ref("transitions"),
@@ -86,7 +86,7 @@ CODECS: dict[str, Schema] = {
     "use": {"anyOf": [TEXT, _ref("use")]},
     "with": TABLE,
 }
-"""What stands under a key with a codec, where that is not a text."""
+"""The schema of the value of a key with a codec, unless it is a text."""
 
 
 def _shape(row: keys.Key) -> Schema:

@@ -1,4 +1,4 @@
-"""States as YAML."""
+"""Writing of states as YAML."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from fsmkit.document.document import HISTORIES, DocInvoke, DocState, Document, D
 from fsmkit.yaml.layout import Short, Tree
 from fsmkit.yaml.states import ARRAY
 from fsmkit.yaml.transition_writer import exit_point, initial, transitions
-from fsmkit.yaml.writing import arguments, mapping, written
+from fsmkit.yaml.writing import arguments, mapping, write_keys
 
 SMALL = 60
-"""A state stands on one line if it is not longer."""
+"""A state is written on one line up to this length."""
 
 
 @dataclass
 class StateWriter:
-    """Writes the states of one document; those without an id get the one they mean."""
+    """Writes the states of one document; a state without an id gets its implied id."""
 
     document: Document
     chart: Callable[[Document], dict[str, Tree]]
-    """Writes a chart that stands in an ``invoke``."""
+    """Writes an inline chart of an ``invoke``."""
     taken: set[str] = dataclass_field(default_factory=set)
 
     def __post_init__(self) -> None:
-        """Collect the ids that are written."""
+        """Collect the written ids."""
         pending = [*self.document.root.children, *self.document.refine]
         while pending:
             state = pending.pop()
@@ -44,7 +44,7 @@ class StateWriter:
         )
 
     def _id(self, state: DocState, parent: str, number: int) -> Text:
-        """Return the id of a state, made as elaboration makes it where it has none."""
+        """Return the id of a state, or the id that elaboration would generate."""
         if state.id is not None:
             return state.id
         made = f"{parent}.{number}"
@@ -65,11 +65,11 @@ class StateWriter:
             own["invoke"] = invokes if len(invokes) > 1 else invokes[0]
         if state.use is not None:
             own |= _use(state.use)
-        if done := written(state, keys.DONE):
+        if done := write_keys(state, keys.DONE):
             own["done"] = done
         if state.initial is not None:
             own["default" if is_history else "initial"] = initial(state.initial)
-        tree = written(state, keys.STATE, own)
+        tree = write_keys(state, keys.STATE, own)
         tree |= transitions(state.transitions, is_choice=state.kind is Kind.CHOICE)
         if state.kind is Kind.PARALLEL or state.kind is Kind.COMPOUND or state.children:
             key = "regions" if state.kind is Kind.PARALLEL else "states"
@@ -78,12 +78,12 @@ class StateWriter:
 
     def _invoke(self, invoke: DocInvoke) -> dict[str, Tree]:
         chart = {} if invoke.content is None else {"content": self.chart(invoke.content)}
-        return written(invoke, keys.INVOKE, chart)
+        return write_keys(invoke, keys.INVOKE, chart)
 
 
 def _key(name: Text, state: DocState) -> Text:
-    """Return the key of a state, of an array of copies with its index."""
-    if state.each is None:
+    """Return the key of a state; an array of copies includes its index."""
+    if state.index_range is None:
         if ARRAY.fullmatch(name.value):
             raise fail(
                 "not-expressible",
@@ -92,16 +92,16 @@ def _key(name: Text, state: DocState) -> Text:
                 help="rename the state",
             )
         return name
-    return Text(f"{name}[{state.each}]", name.span, ())
+    return Text(f"{name}[{state.index_range}]", name.span, ())
 
 
 def _use(use: DocUse) -> dict[str, Tree]:
     """Return the keys of a using state."""
     tree: dict[str, Tree] = {}
     if use.chart is not None:
-        tree["use"] = Short(written(use, keys.USE)) if use.reset else use.chart.value
+        tree["use"] = Short(write_keys(use, keys.USE)) if use.reset else use.chart.value
     elif use.reset:
-        tree["use"] = Short(written(use, keys.USE))
+        tree["use"] = Short(write_keys(use, keys.USE))
     for key, field in keys.USED.items():
         if pairs := getattr(use, field):
             tree[key] = Short(arguments(pairs))

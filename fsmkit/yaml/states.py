@@ -1,4 +1,4 @@
-"""From YAML nodes to the states of a Document."""
+"""Reading of YAML nodes into the states of a Document."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ KINDS = {
     "choice": Kind.CHOICE,
     "use": Kind.ATOMIC,
 }
-"""Keys that make a state what it is; ``final`` and ``history`` are the others."""
+"""Keys that determine the kind of a state, besides ``final`` and ``history``."""
 ARRAY = re.compile(r"(.*\S)\s*\[(\s*[^\W\d]\w*\s+in\s.*\S\s*)\]", re.DOTALL)
 """The key of an array of copies: ``axis[i in 0..1]``."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateReader:
-    """Reads states; what is wrong goes to the findings, and the rest is still read."""
+    """Reads states; errors go to the findings, and the rest is still read."""
 
     findings: Findings
     inline_chart: Callable[[Mapping], Document]
-    """Reads the mapping of a chart that stands in an ``invoke``."""
+    """Reads the mapping of an inline chart of an ``invoke``."""
 
     def states(self, fields: Fields, key: str) -> tuple[DocState, ...]:
         """Read the ``name: state`` entries under a key."""
@@ -40,16 +40,16 @@ class StateReader:
     def state(self, name: Text, node: Node) -> DocState:
         """Read one state, or under ``refine`` a change of one."""
         mapping = require_mapping(node, f"state `{name}`", self.findings)
-        each = None
+        index_range = None
         if (array := ARRAY.fullmatch(name.value)) is not None:
-            each = name.part(*array.span(2)).strip()
+            index_range = name.part(*array.span(2)).strip()
             name = name.part(*array.span(1))
         if not name.value:
             self.findings.add(
                 "unexpected-shape", "a state needs a name", name, help="write it before the colon"
             )
         if mapping is None:
-            return DocState(name, Kind.ATOMIC, name.span, each=each)
+            return DocState(name, Kind.ATOMIC, name.span, index_range=index_range)
         fields = Fields(mapping, keys.STATE, f"state `{name}`", self.findings)
         kind = self._kind(fields)
         if "default" in fields and kind not in (Kind.ATOMIC, *HISTORIES):
@@ -57,7 +57,7 @@ class StateReader:
                 "unexpected-shape",
                 "only a history has a `default`",
                 fields.keys["default"],
-                help="write `initial` for where a state begins",
+                help="write `initial` for the initial child of a state",
             )
         return DocState(
             id=name,
@@ -70,13 +70,13 @@ class StateReader:
             transitions=read_transitions(fields, self.findings),
             invokes=self._invokes(fields.node("invoke")),
             use=self._use(fields),
-            each=each,
+            index_range=index_range,
             **self._done(fields.node("done")),
             **fields.read(),
         )
 
     def _kind(self, fields: Fields) -> Kind:
-        """Return the kind that the keys of a state make it; two of them are a finding."""
+        """Return the kind of a state by its keys; two kinds are a finding."""
         found = [(key, kind) for key, kind in KINDS.items() if key in fields]
         if fields.flag("final"):
             found.append(("final", Kind.FINAL))
@@ -95,7 +95,7 @@ class StateReader:
         return found[0][1] if found else Kind.ATOMIC
 
     def _use(self, fields: Fields) -> DocUse | None:
-        """Read the used chart, and what stands beside it; in a refinement only the latter may."""
+        """Read the used chart and its bindings; a refinement may have only bindings."""
         given = [key for key in ("use", *keys.USED, "exits") if key in fields]
         if not given:
             return None

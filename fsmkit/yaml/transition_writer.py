@@ -1,4 +1,4 @@
-"""Transitions as YAML: sorted by what they wait for where that keeps their order."""
+"""Writing of transitions as YAML, sorted by trigger where that keeps their order."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from itertools import groupby
 from fsmkit.document import keys
 from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.yaml.layout import Short, Tree
-from fsmkit.yaml.writing import WORD, targets, written
+from fsmkit.yaml.writing import WORD, targets, write_keys
 
 LONGEST_KEY = 200
-"""YAML ends a key after 1024 characters; people lose patience sooner."""
+"""Longer keys are hard to read; YAML permits 1024 characters."""
 KEYS = {
     Trigger.EVENT: "on",
     Trigger.AFTER: "after",
@@ -21,18 +21,18 @@ KEYS = {
 
 
 def initial(transition: DocTransition) -> Tree:
-    """Return what stands under ``initial`` or ``default``."""
+    """Return the value of ``initial`` or ``default``."""
     target = targets(transition.targets)
     if transition.content is None:
         return target
-    return written(transition, keys.INITIAL, {"target": target})
+    return write_keys(transition, keys.INITIAL, {"target": target})
 
 
 def exit_point(given: tuple[DocTransition, ...]) -> Tree:
-    """Return what stands under an exit point: one transition as it is, several as a list."""
+    """Return the value of an exit point: a single transition, or a list."""
     found: list[Tree] = []
     for one in given:
-        parts = written(one, keys.EXIT)
+        parts = write_keys(one, keys.EXIT)
         target = parts.get("target")
         is_plain = list(parts) == ["target"] and isinstance(target, str)
         found.append(target if is_plain and target is not None else Short(parts))
@@ -42,8 +42,8 @@ def exit_point(given: tuple[DocTransition, ...]) -> Tree:
 def transitions(given: tuple[DocTransition, ...], *, is_choice: bool) -> dict[str, Tree]:
     """Return the keys of a state that hold its transitions.
 
-    Of one state, only the order of transitions that wait for the same thing matters to a machine,
-    but it is kept for all: where the keys cannot tell it, they stand in one list.
+    Only the order of a state's transitions with the same trigger matters to a machine. The whole
+    order is kept, too: if the keys cannot express it, the transitions are written as one list.
     """
     labelled = [
         ("choice" if is_choice and one.trigger is Trigger.EVENTLESS else KEYS[one.trigger], one)
@@ -59,7 +59,7 @@ def transitions(given: tuple[DocTransition, ...], *, is_choice: bool) -> dict[st
         None not in of and len(set(of)) == len(of) for _, of in labels
     )
     if not is_sorted:
-        listed = [Short({**_wait(one), **written(one, keys.TRANSITION)}) for one in given]
+        listed = [Short({**_wait(one), **write_keys(one, keys.TRANSITION)}) for one in given]
         return {**tree, "transitions": [*listed]}
     for key, group in grouped:
         if key in ("on", "after", "every"):
@@ -74,7 +74,7 @@ def transitions(given: tuple[DocTransition, ...], *, is_choice: bool) -> dict[st
 
 
 def _label(transition: DocTransition) -> str | None:
-    """Return the key a transition stands under; None where it cannot be a key."""
+    """Return the key of a transition; None if its trigger cannot be a key."""
     match transition.trigger:
         case Trigger.EVENT:
             words = [event.value for event in transition.events]
@@ -89,7 +89,7 @@ def _label(transition: DocTransition) -> str | None:
 
 
 def _wait(transition: DocTransition) -> dict[str, Tree]:
-    """Return what an entry of ``transitions`` waits for."""
+    """Return the trigger keys of an entry of ``transitions``."""
     key = KEYS[transition.trigger]
     match transition.trigger:
         case Trigger.EVENT:
@@ -101,10 +101,10 @@ def _wait(transition: DocTransition) -> dict[str, Tree]:
 
 
 def _listed(group: list[DocTransition]) -> Tree:
-    """Return transitions that wait for the same thing: one as it is, several as a list."""
+    """Return transitions with the same trigger: a single one, or a list."""
     found: list[Tree] = []
     for one in group:
-        parts = written(one, keys.TRANSITION)
+        parts = write_keys(one, keys.TRANSITION)
         target = parts.get("target")
         found.append(
             target if list(parts) == ["target"] and isinstance(target, str) else Short(parts)

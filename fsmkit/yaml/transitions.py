@@ -1,4 +1,4 @@
-"""From YAML nodes to the transitions of a state."""
+"""Reading of YAML nodes into the transitions of a state."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ PLAIN = {
 """Keys that hold transitions."""
 
 MISTAKEN = {"event", "events", "delay", "time", "trigger", "if", "do"}
-"""Keys that show, beside ``target``, that one transition stands where several are named."""
+"""Keys beside ``target`` that reveal a single transition where several are expected."""
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Label:
-    """What makes a transition be looked at, and where that is written."""
+    """The trigger of a transition, and its location."""
 
     trigger: Trigger
     key: Text | None = None
@@ -49,7 +49,7 @@ def read_initial(fields: Fields, key: str, findings: Findings) -> DocTransition 
 
 
 def read_exit(node: Node, name: Text, findings: Findings) -> tuple[DocTransition, ...]:
-    """Read what stands under an exit point: targets, an object, or a list of either."""
+    """Read the value of an exit point: targets, an object, or a list of either."""
     found = []
     for item in _items(node):
         place = _place(item, name)
@@ -119,7 +119,7 @@ def _listed(node: Node, label: Label, findings: Findings) -> Iterator[DocTransit
 
 
 def _labelled(mapping: Mapping, findings: Findings) -> DocTransition:
-    """Read an entry of ``transitions``, which says itself what it waits for."""
+    """Read an entry of ``transitions``, which contains its trigger."""
     fields = Fields(mapping, keys.LABELLED, "a transition", findings)
     given = [key for key in fields.order if key in keys.LABEL]
     if len(given) != 1:
@@ -146,7 +146,7 @@ def _transition(fields: Fields, label: Label, place: Span) -> DocTransition:
 
 
 def _place(node: Node, key: Text | None) -> Span:
-    """Return the first line of a transition, from its event or delay on if that stands there."""
+    """Return the first line of a transition, from its event or delay on if that is on it."""
     start = node.span.start
     text = node.span.source.text
     if key is not None and text.find("\n", key.span.start, start) < 0:

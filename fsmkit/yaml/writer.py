@@ -1,4 +1,4 @@
-"""From a Document to YAML that reads back as an equal Document."""
+"""Writing of a Document as YAML that reads back as an equal Document."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from fsmkit.document import keys
 from fsmkit.document.document import DocEvent, DocFunction, DocMember, DocType, Document
 from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
-from fsmkit.yaml.properties import written_environment, written_properties
+from fsmkit.yaml.properties import write_environment, write_properties
 from fsmkit.yaml.state_writer import StateWriter
 from fsmkit.yaml.transition_writer import initial
-from fsmkit.yaml.writing import mapping, signature, targets, type_of, written
+from fsmkit.yaml.writing import mapping, signature, targets, type_of, write_keys
 
 
 def write_document(document: Document) -> str:
-    """Return a document as YAML; `FsmkitError` (``not-expressible``) names what it cannot say."""
+    """Return a document as YAML; `FsmkitError` (``not-expressible``) names inexpressible parts."""
     return render(chart(document))
 
 
@@ -28,20 +28,20 @@ def chart(document: Document) -> dict[str, Tree]:
         entries = mapping((one.name, targets(one.targets)) for one in document.entries)
         own["entries"] = Short(entries)
     if document.properties:
-        own["properties"] = written_properties(document.properties)
+        own["properties"] = write_properties(document.properties)
     if document.environment is not None:
-        own["environment"] = written_environment(document.environment)
+        own["environment"] = write_environment(document.environment)
     if root.initial is not None:
         own["initial"] = initial(root.initial)
     if root.children or document.extends is None:
         own["states"] = writer.states(root.children, "state")
     if document.refine:
         own["refine"] = writer.states(document.refine, "state")
-    return written(document, keys.CHART, own)
+    return write_keys(document, keys.CHART, own)
 
 
 def declarations(document: Document) -> dict[str, Tree]:
-    """Return what a chart declares, but for its variables, without what is empty."""
+    """Return the declarations of a chart without variables and empty parts."""
     capacities = mapping((one.name, one.value.value) for one in document.capacities)
     parts: dict[str, dict[str, Tree] | list[Tree]] = {
         "types": mapping((one.name, _type(one)) for one in document.types),
@@ -80,7 +80,7 @@ def _member(member: DocMember) -> str:
 
 
 def _events(events: tuple[DocEvent, ...]) -> dict[str, Tree] | list[Tree]:
-    """Return events by direction, in several groups where only that keeps their order."""
+    """Return events by direction, in several groups only if their order requires it."""
     groups: list[tuple[str, list[Tree]]] = [
         (direction.value, [signature(one.name, one.fields, one.reply) for one in group])
         for direction, group in groupby(events, key=lambda one: one.direction)

@@ -1,4 +1,4 @@
-"""The small parts of a Document as texts and mappings: declarations, statements, arguments."""
+"""Small parts of a Document as texts and mappings: declarations, statements, arguments."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from fsmkit.language.statements.tree import Block, DocArgument, DocField, ForEac
 from fsmkit.yaml.layout import Prose, Short, Tree
 
 JOINED = 72
-"""Simple statements stand on one line if it is not longer."""
+"""Simple statements are joined on one line up to this length."""
 NOTHING: Mapping[str, Tree] = {}
 WORD = re.compile(r"[^\s,]+")
 
 
-def written(part: object, rows: Keys, own: Mapping[str, Tree] = NOTHING) -> dict[str, Tree]:
-    """Return the keys that a part of a document has; ``own``: those that have a codec."""
+def write_keys(part: object, rows: Keys, own: Mapping[str, Tree] = NOTHING) -> dict[str, Tree]:
+    """Return the given keys of a part of a document; ``own`` has those with a codec."""
     tree: dict[str, Tree] = {}
     for row in rows.values():
         if row.name in own:
@@ -31,7 +31,7 @@ def written(part: object, rows: Keys, own: Mapping[str, Tree] = NOTHING) -> dict
 
 
 def mapping(pairs: Iterable[tuple[Text, Tree]]) -> dict[str, Tree]:
-    """Return keys and values as a mapping; one name twice cannot be said in YAML."""
+    """Return pairs as a mapping; YAML cannot express a repeated name."""
     tree: dict[str, Tree] = {}
     for name, value in pairs:
         if name.value in tree:
@@ -90,7 +90,7 @@ def arguments(given: tuple[DocArgument, ...]) -> dict[str, Tree]:
 
 
 def statements(block: Block) -> str:
-    """Return statements as text: a few simple ones on one line, others one a line."""
+    """Return statements as text: a few simple ones on one line, others one per line."""
     text = statements_text(block)
     lines = text.split("\n")
     is_simple = not any(isinstance(one, If | ForEach) for one in block)
@@ -100,7 +100,7 @@ def statements(block: Block) -> str:
 
 
 def handlers(blocks: tuple[Block, ...]) -> Tree:
-    """Return handlers: one as its text, several as a list."""
+    """Return handlers: a single one as text, several as a list."""
     if len(blocks) == 1 and blocks[0]:
         return statements(blocks[0])
     return [statements(block) for block in blocks]
@@ -112,7 +112,7 @@ def listed(names: Iterable[Text]) -> Tree:
 
 
 def targets(names: tuple[Text, ...]) -> Tree:
-    """Return one name as it is, several as a list."""
+    """Return one name as a text, several as a list."""
     if len(names) == 1 and WORD.fullmatch(names[0].value):
         return names[0].value
     return listed(names)
@@ -132,4 +132,4 @@ WRITE: Mapping[Form, Callable[[Any, Key], Tree]] = {
     Form.ARGUMENTS: lambda value, _: arguments(value),
     Form.DATA: lambda value, _: data(value),
 }
-"""How each form is written; the form `OWN` has no writer here."""
+"""The writers of the forms; `OWN` has none here."""

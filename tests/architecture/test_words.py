@@ -39,6 +39,8 @@ PIECES = re.compile(
     r"|stepped|ran|made|wanted"
 )
 NAMES = frozenset({"of", "it", "so"})
+FOREACH = re.compile(r"for_?each", re.IGNORECASE)
+"""The element of SCXML, which names may contain."""
 
 ALLOWED = {
     r"\bhaste: \d|--haste|--patience": "options: the text around them explains the term",
@@ -179,7 +181,7 @@ def words_in_c(text: str) -> Iterator[tuple[int, str]]:
 
 def words_in_name(name: str) -> Iterator[str]:
     """Yield the name if a piece of it is a replaced word."""
-    pieces = {piece.lower() for piece in PIECE.findall(name)}
+    pieces = {piece.lower() for piece in PIECE.findall(FOREACH.sub("", name))}
     if name in NAMES or any(map(PIECES.fullmatch, pieces)):
         yield name
 

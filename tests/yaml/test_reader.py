@@ -236,8 +236,8 @@ def test_refinements(chart: Chart) -> None:
 @pytest.mark.parametrize(
     ("text", "rule", "place", "help_"),
     [
-        ("states: {}", "missing-key", "s", "begin with `chart: A`"),
-        ("chart: ''\nstates: {}", "missing-key", "''", "begin with `chart: A`"),
+        ("states: {}", "missing-key", "s", "start with `chart: A`"),
+        ("chart: ''\nstates: {}", "missing-key", "''", "start with `chart: A`"),
         ("[a]", "unexpected-shape", "[a]", "key: value"),
         ("just text", "unexpected-shape", "just text", "key: value"),
         ("system: Cell\nmachines: {}", "not-a-chart", "system", "machines"),

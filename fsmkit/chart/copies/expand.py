@@ -44,7 +44,9 @@ class ElaborateUsed(Protocol):
 
 def has_copies(document: Document) -> bool:
     """Whether a state says something of a used chart."""
-    return any(state.use is not None or state.each is not None for state in states(document.root))
+    return any(
+        state.use is not None or state.index_range is not None for state in states(document.root)
+    )
 
 
 def expand(
@@ -56,7 +58,7 @@ def expand(
     an exit point that is bound, the transitions that follow it: all else is copied once typed.
     """
     expander = _Expander(scope, elaborate, findings, strict)
-    top = tuple(each for child in document.root.children for each in expander.expanded(child))
+    top = tuple(part for child in document.root.children for part in expander.expanded(child))
     return replace(document, root=replace(document.root, children=top)), tuple(expander.copies)
 
 
@@ -71,18 +73,18 @@ class _Expander:
 
     def expanded(self, state: DocState) -> Iterator[DocState]:
         """Yield what stands for a state: of an array, each of its elements."""
-        if state.use is None and state.each is None:
-            children = tuple(each for child in state.children for each in self.expanded(child))
+        if state.use is None and state.index_range is None:
+            children = tuple(part for child in state.children for part in self.expanded(child))
             yield state if children == state.children else replace(state, children=children)
             return
         if not self._is_sound(state):
             return
         name = "" if state.id is None else state.id.value
-        if state.each is None:
+        if state.index_range is None:
             yield self._filled(state, name, {})
             return
-        for variable, number in self._indices(state.each):
-            value = Literal(number, IntType(number, number), state.each.span)
+        for variable, number in self._indices(state.index_range):
+            value = Literal(number, IntType(number, number), state.index_range.span)
             yield self._filled(state, f"{name}.{number}", {variable: value})
 
     def _is_sound(self, state: DocState) -> bool:
@@ -115,18 +117,18 @@ class _Expander:
             return False
         return True
 
-    def _indices(self, each: Text) -> Iterator[tuple[str, int]]:
+    def _indices(self, index_range: Text) -> Iterator[tuple[str, int]]:
         """Yield the index and each of its values; a bad range is a finding."""
-        match = EACH.fullmatch(each.value)
+        match = EACH.fullmatch(index_range.value)
         if match is None:
-            self._bad_index(each, "this is no range", "write it as `axis[i in 0..1]`")
+            self._bad_index(index_range, "this is no range", "write it as `axis[i in 0..1]`")
             return
-        low, high = (self._number(each.part(*match.span(n))) for n in (2, 3))
+        low, high = (self._number(index_range.part(*match.span(n))) for n in (2, 3))
         if low is None or high is None:
             return
         if not 0 <= low <= high or high - low >= MOST_COPIES:
             message = f"an index cannot run from {low} to {high}"
-            self._bad_index(each, message, f"count upwards, at most {MOST_COPIES} copies")
+            self._bad_index(index_range, message, f"count upwards, at most {MOST_COPIES} copies")
             return
         yield from ((match[1], number) for number in range(low, high + 1))
 
@@ -147,7 +149,7 @@ class _Expander:
         use = state.use
         assert use is not None  # noqa: S101  (`_is_sound`)
         id_ = Text(prefix, state.span if state.id is None else state.id.span, ())
-        state = replace(state, id=id_, each=None, kind=Kind.COMPOUND)
+        state = replace(state, id=id_, index_range=None, kind=Kind.COMPOUND)
         used = self._used(use, index)
         if used is None:
             return state

@@ -20,7 +20,7 @@ from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped, structure
+from fsmkit.document.walk import map_parts, structure
 from fsmkit.language import syntax
 from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.statements import tree as stmt
@@ -60,7 +60,7 @@ def bound_arrays(survey: Survey, given: InvocationContext | None, findings: Find
         if array.grows:
             document = changed
             _tell(array, findings)
-    return survey.of(document)
+    return survey.update(document)
 
 
 def _is_open(data: DocData) -> bool:
@@ -74,7 +74,7 @@ def _without_type(document: Document, data: DocData) -> Document:
         is_it = isinstance(part, DocData) and part.name == data.name
         return replace(data, type=None) if is_it else None
 
-    found: Document = mapped(document, untyped)
+    found: Document = map_parts(document, untyped)
     return found
 
 
@@ -137,7 +137,7 @@ class _Array:
 
     def lowered(self, document: Document) -> Document:
         """Return the document with this array bounded; `Unsuited` where it cannot be."""
-        changed: Document = mapped(document, self._changed)
+        changed: Document = map_parts(document, self._changed)
         if not self.grows:
             return document
         filled = self._filled()
@@ -146,7 +146,7 @@ class _Array:
             return filled if isinstance(part, DocData) and part.name == self.data.name else None
 
         start = self._variable(self.length, str(len(self.items)))
-        kept: Document = mapped(changed, with_filled)
+        kept: Document = map_parts(changed, with_filled)
         return replace(kept, data=(*kept.data, start, *self.made))
 
     def _filled(self) -> DocData:
@@ -348,7 +348,7 @@ class _Array:
         self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
         body = (
             *(stmt.Assign(name, value, loop.span) for name, value in given),
-            *mapped(loop.body, self._changed),
+            *map_parts(loop.body, self._changed),
         )
         inside = self._text(f"{at} < {count}")
         return (

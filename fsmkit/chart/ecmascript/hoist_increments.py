@@ -14,7 +14,7 @@ from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped, structure, texts
+from fsmkit.document.walk import map_parts, structure, texts
 from fsmkit.language.statements import tree as stmt
 from fsmkit.language.syntax import BinaryNode, ConditionalNode, NameNode, Node, UnaryNode, children
 
@@ -50,7 +50,7 @@ def hoist_increments(survey: Survey) -> Survey:
         return survey
     if not any(_step(text) for text in survey.texts):
         return survey
-    changed: Document = mapped(document, _statement)
+    changed: Document = map_parts(document, _statement)
     data = [part for part in structure(document) if isinstance(part, DocData)]
     typed = {part.name.value for part in data if part.type is not None}
     root = _state(changed.root, _texts_of_exits(changed), typed)
@@ -102,7 +102,7 @@ def _statement(part: object) -> object:
     """Return a statement, its step before it; None where its parts are to be looked at."""
     match part:
         case stmt.If(branches, span):
-            done = [replace(b, body=mapped(b.body, _statement)) for b in branches]
+            done = [replace(b, body=map_parts(b.body, _statement)) for b in branches]
             conditions = [b.condition for b in branches if b.condition is not None]
             step = _step(conditions[0]) if conditions else None
             if step is None or _count(step.name, conditions) > 1:
@@ -122,7 +122,7 @@ def _statement(part: object) -> object:
             if len(steps) != 1 or _count(steps[0].name, inside) > 1:
                 return part
             new = steps[0].replaced(steps[0].name)
-            changed = mapped(part, lambda inner: new if inner is steps[0].text else None)
+            changed = map_parts(part, lambda inner: new if inner is steps[0].text else None)
             return (steps[0].statement(part.span), changed)
         case _:
             return None

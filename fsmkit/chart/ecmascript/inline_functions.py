@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed, spelt
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocFunction, Document
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import map_parts, parts
 from fsmkit.language.statements import tree as stmt
 from fsmkit.language.syntax import CallNode, NameNode, Node
 
@@ -35,7 +35,7 @@ def inline_functions(document: Document) -> Document:
     taken = {part.name.value for part in parts(document) if isinstance(part, DocData)}
     inliner = _Inliner(own, taken)
     for _ in range(DEEPEST):
-        changed: Document = mapped(document, inliner.changed)
+        changed: Document = map_parts(document, inliner.changed)
         if changed == document:
             break
         document = changed
@@ -201,5 +201,5 @@ def _renamed(block: stmt.Block, names: Mapping[str, str]) -> tuple[stmt.WrittenS
             case _:
                 return None
 
-    found: tuple[stmt.WrittenStatement, ...] = mapped(block, change)
+    found: tuple[stmt.WrittenStatement, ...] = map_parts(block, change)
     return found

@@ -19,7 +19,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped
+from fsmkit.document.walk import map_parts
 from fsmkit.language.statements.tree import Assign, DocArgument, DocSend, If
 from fsmkit.language.syntax import BinaryNode, CallNode, ElementNode, MemberNode, Node
 
@@ -50,8 +50,8 @@ def decide_joins(survey: Survey, given: InvocationContext | None) -> Survey:
         value = spelt(node, part.value, lambda each: _decided(each, sets, grows=id(part) in grows))
         return part if value == part.value else part.with_value(value)
 
-    found: Document = mapped(document, change)
-    return survey.of(found)
+    found: Document = map_parts(document, change)
+    return survey.update(found)
 
 
 def _may_join(survey: Survey) -> bool:

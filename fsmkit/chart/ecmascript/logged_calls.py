@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from fsmkit.chart.ecmascript.rewrite import parsed
 from fsmkit.diagnostics import Text
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped
+from fsmkit.document.walk import map_parts
 from fsmkit.language.statements.tree import CallOperation, Log
 from fsmkit.language.syntax import BinaryNode, CallNode, MemberNode, NameNode, Node, StringNode
 
@@ -35,7 +35,7 @@ def log_calls(survey: Survey) -> Survey:
     def change(part: object) -> object:
         return _log(part, taken) if isinstance(part, CallOperation) else None
 
-    return survey.of(mapped(document, change))
+    return survey.update(map_parts(document, change))
 
 
 def _log(statement: CallOperation[Text], taken: set[str]) -> Log[Text | None, Text] | None:

@@ -17,7 +17,7 @@ from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped, structure
+from fsmkit.document.walk import map_parts, structure
 from fsmkit.language import syntax
 from fsmkit.language.constants import split_list
 from fsmkit.language.statements import tree as stmt
@@ -83,7 +83,7 @@ def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
         return document
     unknown = frozenset(_unknown_roots(document, taken))
     try:
-        changed: Document = mapped(document, _Object(name, names, unknown).changed)
+        changed: Document = map_parts(document, _Object(name, names, unknown).changed)
     except Unsuited:
         return document
     return changed

@@ -16,7 +16,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document import walk
 from fsmkit.document.document import Document
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped
+from fsmkit.document.walk import map_parts
 from fsmkit.language.statements.tree import DocArgument, DocSend
 from fsmkit.language.syntax import MemberNode, NameNode, Node
 
@@ -36,7 +36,7 @@ def spread_params(survey: Survey) -> Survey:
         members = _members(document, name)
         if members and not _taken(document, name, members, sent):
             document = _spread(document, name, members)
-    return survey.of(document)
+    return survey.update(document)
 
 
 def _members(document: Document, name: str) -> list[str]:
@@ -95,5 +95,5 @@ def _spread(document: Document, name: str, members: Collection[str]) -> Document
             case _:
                 return None
 
-    found: Document = mapped(document, changed)
+    found: Document = map_parts(document, changed)
     return found

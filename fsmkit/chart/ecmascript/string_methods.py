@@ -26,7 +26,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped, parts, states, texts
+from fsmkit.document.walk import map_parts, parts, states, texts
 from fsmkit.language import syntax
 
 LARGEST = 2**53
@@ -57,7 +57,7 @@ def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
     def sets(name: str) -> set[str] | None:
         return None if name in known.unset else known.of(name)
 
-    return survey.of(_changed(document, lambda _: sets))
+    return survey.update(_changed(document, lambda _: sets))
 
 
 def _decide_names(
@@ -125,7 +125,7 @@ def _changed(
         value = spelt(node, part.value, lambda node: _decided(node, sets, may_join=may_join))
         return part if value == part.value else part.with_value(value)
 
-    found: Document = mapped(document, change)
+    found: Document = map_parts(document, change)
     return found
 
 

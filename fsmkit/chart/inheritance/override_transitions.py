@@ -8,7 +8,7 @@ from fsmkit.diagnostics import Findings
 from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document import keys
 from fsmkit.document.document import DocState, DocTransition, Origin, Trigger
-from fsmkit.document.walk import mapped, parts
+from fsmkit.document.walk import map_parts, parts
 from fsmkit.language.statements.tree import Block, Super
 
 
@@ -140,7 +140,7 @@ def _changed(base: DocTransition, written: DocTransition) -> DocTransition:
         super_guards=super_guards,
         content=content,
         origin=Origin.OVERRIDDEN,
-        **keys.merged(base, written, keys.TRANSITION),
+        **keys.merge_fields(base, written, keys.TRANSITION),
     )
 
 
@@ -151,5 +151,5 @@ def holds_super(block: Block) -> bool:
 
 def insert_super(block: Block, base: Block) -> Block:
     """Return statements with those of the base where ``super`` stands."""
-    inserted: Block = mapped(block, lambda part: base if isinstance(part, Super) else None)
+    inserted: Block = map_parts(block, lambda part: base if isinstance(part, Super) else None)
     return inserted

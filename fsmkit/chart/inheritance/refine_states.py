@@ -87,8 +87,8 @@ class _Refiner:
             invokes=(*base.invokes, *entry.invokes),
             use=refine_use(base, entry, what, self.findings),
             abstract=entry.abstract if entry.id is not None else base.abstract,
-            **keys.merged(base, entry, keys.STATE),
-            **keys.merged(base, entry, keys.DONE),
+            **keys.merge_fields(base, entry, keys.STATE),
+            **keys.merge_fields(base, entry, keys.DONE),
         )
         changed = self._with_invariant(changed, entry, what)
         untouched = (

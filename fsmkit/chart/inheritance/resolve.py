@@ -79,7 +79,7 @@ def extend(base: doc.Document, derived: doc.Document, findings: Findings) -> doc
         capacities=kept.override(inherited.capacities, derived.capacities, _capacity),
         properties=inherited_properties(base, derived, findings),
         environment=inherited_environment(base, derived),
-        **keys.merged(inherited, derived, keys.CHART),
+        **keys.merge_fields(inherited, derived, keys.CHART),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped
+from fsmkit.document.walk import map_parts
 from fsmkit.language.statements.tree import Assign, Fail, Local, Return
 
 
@@ -28,7 +28,7 @@ def as_globals(survey: Survey) -> Survey:
             case _:
                 return None
 
-    found: Document = mapped(document, change)
+    found: Document = map_parts(document, change)
     return Survey(replace(found, data=(*found.data, *_declared(survey))))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocState
 from fsmkit.document.survey import Survey
-from fsmkit.document.walk import mapped
+from fsmkit.document.walk import map_parts
 from fsmkit.language.statements.tree import Assign, Block, Branch, DocSend, If
 
 
@@ -81,4 +81,4 @@ def name_sends(survey: Survey) -> Survey:
         made = next(name for name in (f"send.{n}" for n in numbers) if name not in taken)
         return replace(part, id=Text(made, part.id_location.span, ()))
 
-    return Survey(mapped(survey.document, named))
+    return Survey(map_parts(survey.document, named))

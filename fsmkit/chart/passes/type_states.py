@@ -16,7 +16,7 @@ from fsmkit.document import keys
 from fsmkit.document.document import Kind
 from fsmkit.language import BOOL, Expr, Literal, default_value, type_expression
 
-CARRIED = keys.carried(keys.STATE, State)
+CARRIED = keys.kept_keys(keys.STATE, State)
 
 
 def type_states(

@@ -21,7 +21,7 @@ from fsmkit.document.document import DocTransition, Trigger
 from fsmkit.language import BOOL, Expr, Literal, read_duration
 from fsmkit.language.durations import format_ticks
 
-CARRIED = keys.carried(keys.TRANSITION, Transition)
+CARRIED = keys.kept_keys(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 PLAIN_DELAY = re.compile(r"[0-9]+(\.[0-9]+)?[a-z]+")
 """A number with a unit: what a drawing may show as it is."""

@@ -144,7 +144,7 @@ def _state(state: State, chart: Chart) -> Json:
         "invoke": [_block(b, chart) for b in state.invokes],
         "defer": [chart.events[e].name for e in state.defer],
         "invariant": _expr(state.invariant, chart),
-        **keys.values(state, keys.carried(keys.STATE, State)),
+        **keys.values(state, keys.kept_keys(keys.STATE, State)),
         **_at(state.origin, state.span),
     }
 
@@ -180,6 +180,6 @@ def _transition(transition: Transition, chart: Chart) -> Json:
         "guard": _expr(transition.guard, chart),
         "targets": [chart.states[t].id for t in transition.targets],
         "content": _block(transition.content, chart),
-        **keys.values(transition, keys.carried(keys.TRANSITION, Transition)),
+        **keys.values(transition, keys.kept_keys(keys.TRANSITION, Transition)),
         **_at(transition.origin, transition.span),
     }

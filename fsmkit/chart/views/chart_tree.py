@@ -197,7 +197,7 @@ class _Maker:
         chart = self.chart
         marks = [
             *([state.kind.value] if state.kind is not Kind.ATOMIC else []),
-            *keys.marks(state, keys.carried(keys.STATE, State)),
+            *keys.marks(state, keys.kept_keys(keys.STATE, State)),
         ]
         node = tree.add(
             self._line(
@@ -269,7 +269,7 @@ class _Maker:
             told += f" -> {', '.join(chart.states[t].id for t in transition.targets)}"
         if transition.content:
             told += f" / {format_block(transition.content, chart)}"
-        marks = keys.marks(transition, keys.carried(keys.TRANSITION, Transition))
+        marks = keys.marks(transition, keys.kept_keys(keys.TRANSITION, Transition))
         # an implied initial transition stands nowhere: its place is that of its state
         implied = transition.trigger is Trigger.INITIAL and (
             transition.span == chart.states[transition.source].span

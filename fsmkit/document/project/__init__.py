@@ -1,11 +1,11 @@
-"""The project file: where charts are looked for, which rules count, and what verbs do by default.
+"""The project file: search folders of charts, levels of rules, and defaults of verbs.
 
-``fsmkit.toml``, or the table ``tool.fsmkit`` of ``pyproject.toml``; of a file the nearest in its
-folder or above it counts.
+It is ``fsmkit.toml``, or the table ``tool.fsmkit`` of ``pyproject.toml``. A file uses the nearest
+one in its folder or above.
 """
 
-from fsmkit.document.project.files import project_of, resolved
+from fsmkit.document.project.files import project_of, resolve_name
 from fsmkit.document.project.policy import with_levels
 from fsmkit.document.project.project import Project
 
-__all__ = ["Project", "project_of", "resolved", "with_levels"]
+__all__ = ["Project", "project_of", "resolve_name", "with_levels"]

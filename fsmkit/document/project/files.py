@@ -61,7 +61,7 @@ def _read(path: Path, changed: int, size: int) -> Project | None:
     return found
 
 
-def resolved(file: Path, name: str, own: Path) -> Path:
+def resolve_name(file: Path, name: str, own: Path) -> Path:
     """Return the file that another one names: beside it, or else in a folder of the project.
 
     Args:

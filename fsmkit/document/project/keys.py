@@ -19,4 +19,4 @@ PROJECT = _named(
 CHECK = _named(timeout="give up after that long, such as 60s", memory="the most to use, such as 2G")
 COMPILE = _named(target="the target, such as c", out="the folder of the generated files")
 LEVELS = ("off", "note", "warning", "error")
-"""What a rule can be made."""
+"""The levels of a rule."""

@@ -7,10 +7,10 @@ from fsmkit.document.project.project import Project
 
 
 def with_levels(policy: Policy, project: Project | None) -> Policy:
-    """Return a policy with the levels of a project for the rules that it does not name itself.
+    """Return a policy with a project's levels for the rules that it does not name itself.
 
     Args:
-        policy: What counts in any case, such as the options of a command line.
+        policy: The levels that take precedence, such as the options of a command line.
         project: The project of the file that is read; None without one.
 
     """
@@ -18,12 +18,12 @@ def with_levels(policy: Policy, project: Project | None) -> Policy:
         return policy
     given = policy.errors | policy.allowed | policy.warnings | policy.notes
 
-    def made(level: str) -> frozenset[str]:
+    def rules_at(level: str) -> frozenset[str]:
         return frozenset(name for name, one in project.rules.items() if one == level) - given
 
     return Policy(
-        policy.errors | made("error"),
-        policy.allowed | made("off"),
-        policy.warnings | made("warning"),
-        policy.notes | made("note"),
+        policy.errors | rules_at("error"),
+        policy.allowed | rules_at("off"),
+        policy.warnings | rules_at("warning"),
+        policy.notes | rules_at("note"),
     )

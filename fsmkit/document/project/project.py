@@ -1,4 +1,4 @@
-"""A project file as a value, and how it is read."""
+"""The project file as a value, and its reader."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ QUANTITIES = {"timeout": (seconds_of, "30s"), "memory": (size_of, "2G")}
 
 @dataclass(frozen=True)
 class Project:
-    """What a project file says.
+    """The content of a project file.
 
     Attributes:
         path: The file.
-        search: Folders, in which a chart is looked for that is not beside the file naming it.
+        search: Folders that are searched for a chart that is not beside the file naming it.
         exclude: Folders, files or patterns, relative to the folder of the project.
         rules: Levels of rules, by name: ``off``, ``note``, ``warning`` or ``error``.
         check: Defaults of `fsmkit check`, by option, as texts.
@@ -44,7 +44,7 @@ class Project:
     compile: Mapping[str, str] = field(default_factory=dict)
 
     def excludes(self, path: Path) -> bool:
-        """Whether a search of a folder leaves out a file or a folder."""
+        """Return whether a search of a folder excludes a file or a folder."""
         try:
             below = path.resolve().relative_to(self.path.parent.resolve())
         except (OSError, ValueError):
@@ -55,9 +55,9 @@ class Project:
 
 
 def read_project(path: Path, text: str, findings: Findings) -> Project | None:
-    """Return what a project file says; None of a `pyproject.toml` without the table of ours.
+    """Return the content of a project file; None for a `pyproject.toml` without our table.
 
-    What is wrong is a finding, and what is right still counts.
+    Errors are findings, and the rest of the file still counts.
     """
     source = Source(str(path), text)
     try:
@@ -67,8 +67,8 @@ def read_project(path: Path, text: str, findings: Findings) -> Project | None:
             return None
         place = PLACE.search(str(error))
         at = 0 if place is None else source.offset(int(place[1]), int(place[2]))
-        message = f"this is no TOML: {str(error).split(' (at ')[0].lower()}"
-        advice = 'a value that is a text stands in quotes, `name = "value"`; a table is `[name]`'
+        message = f"this is not TOML: {str(error).split(' (at ')[0].lower()}"
+        advice = 'put a text in quotes, `name = "value"`; a table is `[name]`'
         findings.add("broken-project", message, Span(source, at, at + 1), help=advice)
         return Project(path)
     within: tuple[str, ...] = ()

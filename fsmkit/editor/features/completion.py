@@ -21,14 +21,14 @@ from fsmkit.editor.index.system_uses import Machine, SystemNames, text_of, under
 from fsmkit.editor.positions import Lines
 from fsmkit.language.binding.calls import BUILT_IN
 from fsmkit.language.notation import NAMED
-from fsmkit.language.statements.tree import VALUED
+from fsmkit.language.statements.tree import HANDLER_KEYWORDS
 
 NAME = re.compile(r"[^\s,\[\]{}\"'()<>=!&|+*/%~^?:;]*$")
 WORD = re.compile(r"[\w$]*$")
 DOTTED = re.compile(r"([A-Za-z_]\w*(?:\[[^\[\]]*\])?)\s*\.\s*(\w*)$")
 IN_STATE = re.compile(r"(?:([A-Za-z_]\w*)(?:\[[^\]]*\])?\s*\.\s*)?\bIn\s*\(\s*([^()]*)$")
 EVENT_PLACE = re.compile(r"(?:^|[;\n{])\s*(?:send|raise)\s+([\w.]*)$")
-WORDS = ("raise", "send", "cancel", "log", "if", "for", "super", *VALUED)
+WORDS = ("raise", "send", "cancel", "log", "if", "for", "super", *HANDLER_KEYWORDS)
 """The words that start statements."""
 OPERATORS = ("and", "or")
 KIND_OF = {

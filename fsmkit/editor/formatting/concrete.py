@@ -15,7 +15,7 @@ from typing import Any
 import yaml
 
 from fsmkit.diagnostics import Source
-from fsmkit.yaml.nodes import UNLIKE
+from fsmkit.yaml.nodes import LIBYAML_DIFFERS
 
 REMARK = re.compile(r"(?:^|(?<=\s))#[^\n]*")
 HEADER = re.compile(r"([|>])([-+0-9]*)[ \t]*(#[^\n]*)?")
@@ -137,7 +137,7 @@ def _index(mark: Any) -> int:
 
 def _events(text: str) -> list[Any]:
     """Return the events of libyaml, unless PyYAML's own parser may see another place."""
-    is_same = yaml.__with_libyaml__ and not UNLIKE.search(text) and "?" not in text
+    is_same = yaml.__with_libyaml__ and not LIBYAML_DIFFERS.search(text) and "?" not in text
     if is_same and not yaml.reader.Reader.NON_PRINTABLE.search(text):
         try:
             return list(yaml.parse(text, yaml.CSafeLoader))

@@ -13,7 +13,7 @@ from pathlib import Path
 from fsmkit.diagnostics import Findings, FsmkitError, Source, Text
 from fsmkit.document.document import Document
 from fsmkit.document.front_ends import Reader
-from fsmkit.document.project import resolved
+from fsmkit.document.project import resolve_name
 from fsmkit.document.walk import states
 from fsmkit.editor.index.system_uses import entries, text_of, under
 from fsmkit.plugins import plugin_for
@@ -118,7 +118,7 @@ def beside(path: Path, named: str) -> Path:
     name = named.strip().removeprefix("file:")
     own = path.parent / name
     with suppress(FsmkitError):  # errors in a project file are findings
-        own = resolved(path, name, own)
+        own = resolve_name(path, name, own)
     return Path(normal(own))
 
 

@@ -28,7 +28,7 @@ class _Reporter:
         self._machine = moves.machine
         self._findings = findings
 
-    def _refuse(self, message: str, at: Span, advice: str, *others: tuple[Span, str]) -> None:
+    def _reject(self, message: str, at: Span, advice: str, *others: tuple[Span, str]) -> None:
         self._findings.add("beyond-statecharts", message, at, secondary=others, help=advice)
 
     def _name(self, step: Step) -> str:
@@ -43,14 +43,14 @@ class _Reporter:
         for state in self._machine.walk():
             if state.is_parallel and set(state.initial) != {c.path[-1] for c in state.children}:
                 left_out = [c for c in state.children if c.path[-1] not in state.initial]
-                self._refuse(
+                self._reject(
                     f"`{state.path[-1]}` is entered with some of its children, not with all",
                     state.span,
                     "put them into regions: in a chart all children are active, or one is",
                     *((c.span, "this one is not") for c in left_out),
                 )
             self._timeout(state)
-        self._begun()
+        self._initial_states()
 
     def _timeout(self, state: State) -> None:
         if state.timeout is None:
@@ -63,13 +63,13 @@ class _Reporter:
                 help="write a number above 0",
             )  # fmt: skip
 
-    def _begun(self) -> None:
+    def _initial_states(self) -> None:
         """Report an initial configuration that a chart cannot have."""
         whole = Span(self._machine.source, 0, 0)
         begun = self._machine.initial
         advice = "start in a state with `parallel`, which holds all of them"
         if len(begun) > 1 and any(self._moves.states[path].children for path in begun):
-            self._refuse("the machine starts in states without their children", whole, advice)
+            self._reject("the machine starts in states without their children", whole, advice)
         above = {path[:length] for path in begun for length in range(len(path))}
         active = above | set(begun)
         for path in above:
@@ -77,7 +77,7 @@ class _Reporter:
             regions = self._moves.states[path].children if self._moves.is_parallel(path) else ()
             if len(inside) != max(1, len(regions)):
                 what = "some regions, not in all" if regions else "several states"
-                self._refuse(f"the machine starts in {what}", whole, advice)
+                self._reject(f"the machine starts in {what}", whole, advice)
 
     # --- single steps -------------------------------------------------------------------------
 
@@ -86,7 +86,7 @@ class _Reporter:
         for step in self._machine.steps:
             difference = self._moves.difference(step)
             if difference is not None:
-                self._refuse(
+                self._reject(
                     f"{self._name(step)} {difference}: no transition of a chart does",
                     step.span,
                     "lead to a state beside the source, to a child of it, or to one around it",
@@ -105,7 +105,7 @@ class _Reporter:
     def _around(self, outer: Step, inner: Step) -> None:
         is_moving = outer.dest is not None and inner.dest is not None
         if not is_moving and self._moves.is_parallel_between(outer.source, inner.source):
-            self._refuse(
+            self._reject(
                 f"the library makes only one of two steps on `{outer.trigger}`, a chart both",
                 outer.span,
                 "let only one of them react to it, or give both a destination",
@@ -124,14 +124,14 @@ class _Reporter:
         moves = self._moves
         stays = moves.stays_in_region(one, two.source), moves.stays_in_region(two, one.source)
         if not all(stays):
-            self._refuse(
+            self._reject(
                 f"`{one.trigger}` leaves a parallel state, and the library then still makes the "
                 "step of another region",
                 (two if stays[0] else one).span,
                 "let only one region react to it",
                 ((one if stays[0] else two).span, "this one"),
             )
-        elif self._is_telling(one) and self._is_telling(two):
+        elif self._reads_conditions(one) and self._reads_conditions(two):
             self._findings.add(
                 "callback-order",
                 f"on `{one.trigger}` the library finishes one region before the other",
@@ -141,7 +141,7 @@ class _Reporter:
                 "all entries",
             )
 
-    def _is_telling(self, step: Step) -> bool:
+    def _reads_conditions(self, step: Step) -> bool:
         moves = self._moves
         return bool(
             step.is_conditional or before(moves, step) or step.after
@@ -161,14 +161,14 @@ class _Reporter:
                 and is_below(one.source, two.source)
             ]
             for two in inner[:1]:
-                self._refuse(
+                self._reject(
                     f"{self._name(two)} comes before that of an inner state, because it stands in "
                     "a description",
                     two.span, "move it to the transitions of the machine",
                     (one.span, "before this one"),
                 )  # fmt: skip
             if self._moves.is_parallel(one.scope) and self._can_follow(one):
-                self._refuse(
+                self._reject(
                     f"{self._name(one)} can be made twice on one trigger, because it stands in the "
                     "description of a parallel state",
                     one.span, "move it to the transitions of the machine",
@@ -202,20 +202,20 @@ class _Reporter:
         general = self._machine.general
         is_conditional = any(step.is_conditional for step in self._machine.steps)
         if is_conditional:
-            self._left_out("prepare_event", general["prepare_event"], "before conditions")
-        self._left_out("finalize_event", general["finalize_event"], "after each trigger")
-        self._left_out("on_exception", general["on_exception"], "on errors of other callbacks")
+            self._dropped("prepare_event", general["prepare_event"], "before conditions")
+        self._dropped("finalize_event", general["finalize_event"], "after each trigger")
+        self._dropped("on_exception", general["on_exception"], "on errors of other callbacks")
         for step in self._machine.steps:
             if step.is_conditional:
-                self._left_out("prepare", step.prepare, "before conditions")
+                self._dropped("prepare", step.prepare, "before conditions")
         for state in self._machine.walk():
-            self._left_out(
+            self._dropped(
                 "on_final",
                 self._moves.region_finals(state),
                 "when all regions have ended",
             )
 
-    def _left_out(self, kind: str, callbacks: Callbacks, when: str) -> None:
+    def _dropped(self, kind: str, callbacks: Callbacks, when: str) -> None:
         for text in callbacks:
             self._findings.add(
                 "callback-left-out",

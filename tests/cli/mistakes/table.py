@@ -846,7 +846,7 @@ OTHERS = {
         '"60s"', "60", "`timeout` must be a text", 'write `timeout = "30s"`'
     ),
     "project: a text without quotes": project(
-        '"off"', "off", "this is no TOML", "stands in quotes"
+        '"off"', "off", "this is not TOML", "stands in quotes"
     ),
 }
 

@@ -130,8 +130,8 @@ WRONG = {
     "search = 3": ("broken-project", "`search` must be a list of paths", 1),
     "rules = 3": ("broken-project", "`rules` must be a table", 1),
     "[tool.fsmkit]\nsearch = []": ("unknown-key", "without `tool.fsmkit`", 1),
-    "search = [": ("broken-project", "this is no TOML", 1),
-    "a = 1\nb = = 2": ("broken-project", "this is no TOML", 2),
+    "search = [": ("broken-project", "this is not TOML", 1),
+    "a = 1\nb = = 2": ("broken-project", "this is not TOML", 2),
 }
 
 

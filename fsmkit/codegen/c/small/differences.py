@@ -19,7 +19,8 @@ from fsmkit.chart.statements import Cancel, Destination, Invoke, Log, Raise, Sen
 from fsmkit.language import (
     Call,
     CallFunction,
-    Decided,
+    CoveredCondition,
+    CoveredGuard,
     EventField,
     EventName,
     InState,
@@ -27,7 +28,6 @@ from fsmkit.language import (
     Literal,
     Storage,
     Variable,
-    Watched,
 )
 from fsmkit.plan import Plan
 from fsmkit.plan.operations import (
@@ -189,7 +189,9 @@ def _literal(trees: Values, found: Differences) -> Any:
 def _require(trees: Values, found: Differences) -> None:
     """End the comparison at what is printed by other means than names."""
     first = trees[0]
-    if isinstance(first, Invoke | Decided | Watched | WantInvoke | DropInvoke | EndInvoked):
+    if isinstance(
+        first, Invoke | CoveredGuard | CoveredCondition | WantInvoke | DropInvoke | EndInvoked
+    ):
         raise NotMergeable
     if isinstance(first, EventName):  # the names of all events that can be current
         raise NotMergeable

@@ -17,7 +17,7 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.emit import Emitter, legal
 from fsmkit.emit.c import comment
-from fsmkit.language.evaluation import rounds_of
+from fsmkit.language.evaluation import iteration_count
 
 
 class Printer(Protocol):
@@ -169,7 +169,7 @@ class _Body:
                 value = f"({self._ctype(loop.item.type)})in_{at}[{at}]"
             else:
                 value = f"{self.printer.place(array)}[{at}]"
-            with out.block(f"for (uint32_t {at} = 0u; {at} < {rounds_of(loop)}u; {at}++) {{"):
+            with out.block(f"for (uint32_t {at} = 0u; {at} < {iteration_count(loop)}u; {at}++) {{"):
                 self._declare(loop.item, value)
                 if loop.index is not None:
                     self._declare(loop.index, f"({self._ctype(loop.index.type)}){at}")
