@@ -175,10 +175,10 @@ def traces_of(target: Harness, cases: Sequence[Case]) -> list[list[str] | None]:
             return list(target.run_many(jobs))
         except FsmkitError:  # one of them: find out which
             pass
-    return [_attempt_or_refuse(target, case) for case in cases]
+    return [_attempt_or_reject(target, case) for case in cases]
 
 
-def _attempt_or_refuse(target: Harness, case: Case) -> list[str] | None:
+def _attempt_or_reject(target: Harness, case: Case) -> list[str] | None:
     try:
         return target.run(case.chart, case.script)
     except FsmkitError as error:
@@ -189,7 +189,7 @@ def _attempt_or_refuse(target: Harness, case: Case) -> list[str] | None:
 
 
 def _attempt(target: Harness, case: Case) -> list[str]:
-    return _attempt_or_refuse(target, case) or []
+    return _attempt_or_reject(target, case) or []
 
 
 def written(document: Document) -> str:
@@ -213,7 +213,7 @@ def reduce_case(case: Case, target: Harness, budget: int = 3000) -> tuple[Case, 
             expected = INTERPRETER.run(smaller.chart, script)
         except FsmkitError:  # no valid chart, or a script that is not one for it
             return None
-        got = _attempt_or_refuse(target, smaller)
+        got = _attempt_or_reject(target, smaller)
         return None if got is None else first_difference(target.name, expected, got)
 
     documents, script = reduce_example(

@@ -127,7 +127,7 @@ def drop_dangling(documents: Documents) -> Documents:
         ids |= {f"{state.id}.main" for state in document.refine}
         refine = tuple(_refined(state, ids) for state in document.refine)
         extends = document.extends if found else None
-        root = _mended(document.root, ids)
+        root = _without_dangling(document.root, ids)
         found.append(replace(document, root=root, refine=refine, extends=extends))
     return tuple(reversed(found))
 
@@ -138,8 +138,8 @@ def _states(state: DocState) -> Iterator[DocState]:
         yield from _states(child)
 
 
-def _mended(state: DocState, ids: set[str]) -> DocState:
-    children = tuple(_mended(child, ids) for child in state.children)
+def _without_dangling(state: DocState, ids: set[str]) -> DocState:
+    children = tuple(_without_dangling(child, ids) for child in state.children)
     kind = state.kind
     if kind in (Kind.COMPOUND, Kind.PARALLEL) and not children and state.id is not None:
         kind = Kind.ATOMIC
@@ -157,7 +157,7 @@ def _mended(state: DocState, ids: set[str]) -> DocState:
 
 def _refined(state: DocState, ids: set[str]) -> DocState:
     """Return a modification of an inherited state with its own content only."""
-    mended = _mended(state, ids)
+    mended = _without_dangling(state, ids)
     stands = state.initial is not None and _stands(state.initial, ids)
     return replace(mended, kind=state.kind, initial=state.initial if stands else None)
 

@@ -69,7 +69,7 @@ def rename_result(context: Context, path: Path, position: types.Position) -> obj
     return {p: len(spans) for p, spans in made.places.items()}
 
 
-ASKED: dict[str, Ask] = {
+REQUESTS: dict[str, Ask] = {
     "completion": lambda c, p, at: completion.completion(c, p, at, snippets=True),
     "hover": hover.hover,
     "definition": navigation.definition,
@@ -113,7 +113,7 @@ def answers(context: Context, path: Path) -> list[Any]:
     """Return the responses about a file that need no position, for comparison."""
     start = types.Position(0, 0)
     names = ("symbols", "tokens", "folding", "links", "diagnostics")
-    return [ASKED[name](context, path, start) for name in names]
+    return [REQUESTS[name](context, path, start) for name in names]
 
 
 def fresh(folder: Path) -> Context:
@@ -159,7 +159,7 @@ def campaign(given: argparse.Namespace, folder: Path) -> int:
             context.workspace.set_text(path, text.encode("utf-8", "surrogatepass"))
             edits += 1
             lines = context.lines(path)
-            for name in chance.sample(list(ASKED), 1 + (edits % 7 == 0)):
+            for name in chance.sample(list(REQUESTS), 1 + (edits % 7 == 0)):
                 if name in ("references", "rename", "lenses") and edits % 5:
                     name = "completion"  # noqa: PLW2901  (these features read all files)
                 place = types.Position(0, 0)
@@ -167,7 +167,7 @@ def campaign(given: argparse.Namespace, folder: Path) -> int:
                     place = lines.position(chance.randrange(len(lines.text) + 1))
                 asked[name] += 1
                 try:
-                    ASKED[name](context, path, place)
+                    REQUESTS[name](context, path, place)
                 except Exception:  # noqa: BLE001  (any exception is a failure)
                     last = traceback.format_exc()
                     key = f"{name}: {' | '.join(last.strip().splitlines()[-3:])}"

@@ -80,7 +80,7 @@ def _used(choices: Choices, level: int, number: int) -> doc.Document:
     root = inner.root
     if ends:
         root = replace(root, children=(*root.children, over))
-        root = _led_to_its_end(choices, root)
+        root = _with_transition_to_end(choices, root)
     entries = tuple(
         doc.DocEntry(text(f"entry{n}"), (text(target),))
         for n, target in enumerate(_enterable(choices, root))
@@ -96,7 +96,7 @@ def _used(choices: Choices, level: int, number: int) -> doc.Document:
     )
 
 
-def _led_to_its_end(choices: Choices, root: doc.DocState) -> doc.DocState:
+def _with_transition_to_end(choices: Choices, root: doc.DocState) -> doc.DocState:
     """Return a chart some of whose states lead to its end after a while."""
 
     def changed(state: doc.DocState) -> doc.DocState:

@@ -45,12 +45,12 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
         wrong = next((f.message for f in analysis.findings), "this is nothing that can be drawn")
         return {"error": wrong}
     if not isinstance(model, Chart):
-        return _made(model, Path("x.svg"), frozenset())
+        return _drawn(model, Path("x.svg"), frozenset())
     chart = with_folded(model, frozenset(folded))
     if len(chart.states) > MOST_DRAWN:
         return {"error": f"{len(chart.states)} states are too many to draw: fold some"}
     marked = frozenset(chart.state_index[n] for n in active if n in chart.state_index)
-    found = _made(chart, Path("x.svg"), marked)
+    found = _drawn(chart, Path("x.svg"), marked)
     found["items"] = {
         **{f"s{s.index}": _item(context, s.span, "state", s.id) for s in chart.states[1:]},
         **{
@@ -61,7 +61,7 @@ def drawing(context: Context, path: Path, folded: Iterable[str], active: Iterabl
     return found
 
 
-def _made(model: Chart | System | Deployment, path: Path, active: frozenset[int]) -> Json:
+def _drawn(model: Chart | System | Deployment, path: Path, active: frozenset[int]) -> Json:
     from fsmkit.system.views.drawing import draw
 
     try:

@@ -506,9 +506,9 @@ def _shown(server: Server) -> None:
         if path is None or not _is_ours(server, path):
             return []
         roots = [p for p in context.workspace.open if path in context.workspace.depends_on(p)]
-        is_asked = params.context.trigger_kind is types.CodeActionTriggerKind.Invoked
+        is_requested = params.context.trigger_kind is types.CodeActionTriggerKind.Invoked
         return actions.code_actions(
-            context, path, params.range, params.context.only, roots, is_asked=is_asked
+            context, path, params.range, params.context.only, roots, is_requested=is_requested
         )
 
     @_answers(server, types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, tokens.legend())

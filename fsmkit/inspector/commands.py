@@ -156,7 +156,7 @@ class Micro(Command, frozen=True, tag="micro", kw_only=True):
     n: int
 
 
-class ChartWanted(Command, frozen=True, tag="chart", kw_only=True):
+class ChartRequest(Command, frozen=True, tag="chart", kw_only=True):
     """Send a chart by its hash; ``hide``: transitions that the drawing omits.
 
     These are ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``fold``:
@@ -213,7 +213,7 @@ class Open(Command, frozen=True, tag="open", kw_only=True):
     line: int = 1
 
 
-class PictureWanted(Command, frozen=True, tag="picture"):
+class PictureRequest(Command, frozen=True, tag="picture"):
     """Return the picture of the plant and its bindings; null if the session has none."""
 
 
@@ -225,8 +225,8 @@ class Save(Command, frozen=True, tag="save", kw_only=True, rename={"kind": "as"}
 
 AnyCommand = (
     Post | SetInput | Returns | Change | Run | Pause | StepOn | Back | Forward | Seek | Break
-    | Unbreak | Watch | Why | Events | Micro | Find | ChartWanted | History | Branches | Fork
-    | Follow | Save | Open | PictureWanted
+    | Unbreak | Watch | Why | Events | Micro | Find | ChartRequest | History | Branches | Fork
+    | Follow | Save | Open | PictureRequest
 )  # fmt: skip
 CHANGING = (
     Post, SetInput, Returns, Change, Run, Pause, StepOn, Back, Forward, Seek, Break, Unbreak, Fork,

@@ -228,7 +228,7 @@ class Hub:
             command = read_command(text)
         except FsmkitError:
             return None
-        if not isinstance(command, commands.ChartWanted):
+        if not isinstance(command, commands.ChartRequest):
             return None
         return self.view.course.encoder.drawing(
             command.chart, command.hide, command.fold, is_drawn=command.drawn
@@ -294,7 +294,7 @@ class Hub:
                 return answering.microsteps(view, n)
             case commands.Find():
                 return finding.found(view, command)
-            case commands.ChartWanted(chart=hash_, hide=hide, fold=fold, drawn=drawn):
+            case commands.ChartRequest(chart=hash_, hide=hide, fold=fold, drawn=drawn):
                 return client.send(view.course.encoder.chart(hash_, hide, fold, is_drawn=drawn))
             case commands.History(first=first, last=last):
                 return answering.resend(client, view.history, first, last)
@@ -306,7 +306,7 @@ class Hub:
                 return self._follow()
             case commands.Save(kind=kind):
                 return self._save(kind)
-            case commands.PictureWanted():
+            case commands.PictureRequest():
                 return None if self._picture is None else self._picture.as_json()
             case commands.Open(file=name, line=line):
                 return self._open(name, line)

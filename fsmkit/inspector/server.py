@@ -198,24 +198,24 @@ class LiveServer:
         try:
             where = urlsplit(request.path)
         except ValueError:  # `http://[::1` is not an address
-            return _refuse(connection, HTTPStatus.BAD_REQUEST, "the address is wrong")
+            return _reject(connection, HTTPStatus.BAD_REQUEST, "the address is wrong")
         if _only(request, "Host") not in self._hosts():
-            return _refuse(connection, HTTPStatus.FORBIDDEN, "this host is not served here")
+            return _reject(connection, HTTPStatus.FORBIDDEN, "this host is not served here")
         if where.path == "/":
             return self._page(connection)
         if where.path != PATH:
-            return _refuse(connection, HTTPStatus.NOT_FOUND, "there is nothing")
+            return _reject(connection, HTTPStatus.NOT_FOUND, "there is nothing")
         given = parse_qs(where.query).get("token", [""])[0]
         if not hmac.compare_digest(given.encode(), self.token.encode()):
-            return _refuse(connection, HTTPStatus.FORBIDDEN, "the token is wrong")
+            return _reject(connection, HTTPStatus.FORBIDDEN, "the token is wrong")
         origin = _only(request, "Origin")
         if origin is not None and origin not in self._known_origins():
-            return _refuse(connection, HTTPStatus.FORBIDDEN, "the origin is wrong")
+            return _reject(connection, HTTPStatus.FORBIDDEN, "the origin is wrong")
         wanted = ",".join(request.headers.get_all("Sec-WebSocket-Protocol"))
         if SUBPROTOCOL not in (each.strip() for each in wanted.split(",")):
-            return _refuse(connection, HTTPStatus.BAD_REQUEST, f"speak {SUBPROTOCOL}")
+            return _reject(connection, HTTPStatus.BAD_REQUEST, f"speak {SUBPROTOCOL}")
         if self._clients >= MOST_CLIENTS:
-            return _refuse(connection, HTTPStatus.SERVICE_UNAVAILABLE, "there are too many")
+            return _reject(connection, HTTPStatus.SERVICE_UNAVAILABLE, "there are too many")
         return None
 
     def _page(self, connection: ServerConnection) -> Response:
@@ -328,7 +328,7 @@ def _only(request: Request, name: str) -> str | None:
     return found[0] if len(found) == 1 else "" if found else None
 
 
-def _refuse(connection: ServerConnection, status: HTTPStatus, text: str) -> Response:
+def _reject(connection: ServerConnection, status: HTTPStatus, text: str) -> Response:
     return connection.respond(status, f"{text}\n")
 
 

@@ -32,7 +32,7 @@ class Health:
 
 
 def health_of(endpoints: Iterable[tuple[str, str]], seconds: float) -> tuple[Health, ...]:
-    """Ask nodes, given by name and endpoint, all at the same time.
+    """Query nodes, given by name and endpoint, in parallel.
 
     Args:
         endpoints: Names of nodes, and where they answer.

@@ -45,7 +45,7 @@ def offered(context: Context, path: Path, piece: str) -> dict[str, types.CodeAct
     lines = context.lines(path)
     assert lines is not None
     at = lines.position(lines.text.index(piece) + len(piece) // 2)
-    found = code_actions(context, path, types.Range(at, at), None, (), is_asked=True)
+    found = code_actions(context, path, types.Range(at, at), None, (), is_requested=True)
     return {action.title: action for action in found}
 
 
@@ -125,7 +125,7 @@ def test_a_constant_is_extracted(file: str, piece: str, name: str, context: Cont
     lines = context.lines(path)
     assert lines is not None
     at = lines.position(lines.text.index(piece) + len(piece) - 1)
-    actions = code_actions(context, path, types.Range(at, at), None, (), is_asked=True)
+    actions = code_actions(context, path, types.Range(at, at), None, (), is_requested=True)
     (action,) = (a for a in actions if a.title == f"Extract the constant `{name}`")
     assert name in performed(context, path, action)
     assert [f.message for f in context.analyses.analysis(path).findings] == [

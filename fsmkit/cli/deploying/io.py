@@ -143,17 +143,17 @@ def _set(
 ) -> None:
     signal = signals.get(name)
     if signal is None:
-        _refuse(f"there is no wire `{name}`", suggest(name, signals, "see `show`"))
+        _reject(f"there is no wire `{name}`", suggest(name, signals, "see `show`"))
     if signal.is_input and not inputs:
-        _refuse(f"`{name}` is an input", "hardware sets it; set a fake with `--inputs`")
+        _reject(f"`{name}` is an input", "hardware sets it; set a fake with `--inputs`")
     raw = raw_of(signal, text)
     if raw is None:
         what = "on or off" if str(signal.type) == "bool" else f"within {signal.type}"
-        _refuse(f"`{name}` cannot be `{text}`", f"it is {what}")
+        _reject(f"`{name}` cannot be `{text}`", f"it is {what}")
     registers.set(name, raw)
 
 
-def _refuse(message: str, advice: str | None) -> NoReturn:
+def _reject(message: str, advice: str | None) -> NoReturn:
     raise fail("unknown-name" if "no wire" in message else "unfit-wire", message, help=advice)
 
 

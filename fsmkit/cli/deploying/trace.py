@@ -106,26 +106,26 @@ def command(
             opened = open_endpoint(endpoint)
             stack.callback(opened.source.close)
             readers.append(Reader(opened, numberings, framed=framed))
-        telling = TraceEncoder(system, lambda instance: _numbering(readers, instance), grows=True)
+        encoder = TraceEncoder(system, lambda instance: _numbering(readers, instance), grows=True)
         told = _replayed_items(readers, follow=follow)
         if format_ is not None and target is not None:
             exporter = next(e for e in plugins(MessageExporter) if e.name == format_)
             _export(
                 exporter,
-                messages_of(telling, _until_interrupted(told), name, target.parent),
+                messages_of(encoder, _until_interrupted(told), name, target.parent),
                 target,
             )
         elif as_json:
-            lines = [line for each in _until_interrupted(told) for line in lines_of(telling, each)]
+            lines = [line for each in _until_interrupted(told) for line in lines_of(encoder, each)]
             losses = {name: sum(r.losses[name] for r in readers) for name in readers[0].losses}
-            print_json({"trace": lines, "parted": telling.parted, **losses})
+            print_json({"trace": lines, "parted": encoder.parted, **losses})
         else:
             for each in _until_interrupted(told):
-                sys.stdout.writelines(f"{line}\n" for line in lines_of(telling, each))
+                sys.stdout.writelines(f"{line}\n" for line in lines_of(encoder, each))
                 sys.stdout.flush()
     _require_records(endpoints, readers, follow=follow)
-    _report(readers, telling)
-    return int(bool(telling.parted))
+    _report(readers, encoder)
+    return int(bool(encoder.parted))
 
 
 def _systems(charts: Sequence[Path], findings: Findings, reading: Reading) -> Iterator[System]:
@@ -204,11 +204,11 @@ def _require_records(endpoints: Sequence[str], readers: Sequence[Reader], *, fol
             )
 
 
-def _report(readers: Sequence[Reader], telling: TraceEncoder) -> None:
+def _report(readers: Sequence[Reader], encoder: TraceEncoder) -> None:
     findings = Findings()
     for reader in readers:
         reader.report(findings)
-    for told in telling.parted[:MOST_PARTED]:
+    for told in encoder.parted[:MOST_PARTED]:
         findings.add(
             "replay-parts", told, None,
             help="is the C made from this chart, and the memory of the machine its own?",

@@ -31,7 +31,7 @@ def code_actions(
     only: Iterable[str] | None,
     roots: Iterable[Path],
     *,
-    is_asked: bool = False,
+    is_requested: bool = False,
 ) -> list[types.CodeAction]:
     """Return the code actions for a selection.
 
@@ -41,7 +41,7 @@ def code_actions(
         place: The selection.
         only: The requested kinds; None for all.
         roots: The open files; their findings may have fixes in this file.
-        is_asked: Whether the user requested actions; then refactorings are offered without a
+        is_requested: Whether the user requested actions; then refactorings are offered without a
             selection, too.
 
     """
@@ -68,7 +68,7 @@ def code_actions(
                         edit=types.WorkspaceEdit(changes=changes(context, [fix])),
                     )
                 )
-    if is_asked or place.start != place.end:
+    if is_requested or place.start != place.end:
         for one in refactorings(context, path, place):
             edit = types.WorkspaceEdit(changes=changes(context, [one.fix()]))
             reason = types.CodeActionDisabled(one.refused) if one.refused else None
@@ -81,10 +81,10 @@ def code_actions(
         edit = types.WorkspaceEdit(changes=changes(context, sure))
         found.append(types.CodeAction("Apply all safe fixes", kind=FIX_ALL, edit=edit))
     unique = {(action.title, str(action.edit)): action for action in found}
-    return [a for a in unique.values() if only is None or _is_wanted(a.kind, only)]
+    return [a for a in unique.values() if only is None or _is_requested(a.kind, only)]
 
 
-def _is_wanted(kind: object, only: Iterable[str]) -> bool:
+def _is_requested(kind: object, only: Iterable[str]) -> bool:
     kind = str(getattr(kind, "value", kind))
     wanted = [getattr(one, "value", one) for one in only]
     return any(kind == one or kind.startswith(f"{one}.") or one == "" for one in wanted)

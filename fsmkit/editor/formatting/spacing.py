@@ -118,7 +118,7 @@ def _joined(code: str) -> str:
     choices: list[int] = []  # how many `?` wait for their `:`, by level of brackets
     tokens = list(_tokens(code))
     for place, (kind, sign, has_space) in enumerate(tokens):
-        is_operand = is_operand and not _begins_range(tokens, place)
+        is_operand = is_operand and not _starts_range(tokens, place)
         is_prefix = sign in PREFIXES and not is_operand
         text += " " * _gap(before, (kind, sign), has_space, is_operand, bool(choices)) + sign
         if sign == "?":
@@ -130,7 +130,7 @@ def _joined(code: str) -> str:
     return text
 
 
-def _begins_range(tokens: list[tuple[str, str, bool]], place: int) -> bool:
+def _starts_range(tokens: list[tuple[str, str, bool]], place: int) -> bool:
     """Return whether a sign belongs to the first bound of a type: ``speed -1..1``."""
     (_, sign, has_space), after = tokens[place], tokens[place + 1 : place + 3]
     if sign not in ("-", "+") or not has_space or len(after) < 2:

@@ -93,7 +93,7 @@ class Adapter:
         try:
             found = decode_body(body)
         except ValueError as error:
-            self._refuse(0, "", wrong(f"this is not JSON: {error}"))
+            self._reject(0, "", wrong(f"this is not JSON: {error}"))
             return
         if isinstance(found, dict) and found.get("type") in ("response", "event"):
             return
@@ -101,7 +101,7 @@ class Adapter:
             request = msgspec.convert(found, ask.Request)
         except (ValueError, RecursionError) as error:
             seq = found.get("seq") if isinstance(found, dict) else 0
-            self._refuse(seq if isinstance(seq, int) else 0, "", wrong(f"no request: {error}"))
+            self._reject(seq if isinstance(seq, int) else 0, "", wrong(f"no request: {error}"))
             return
         self._later = []
         self._answer(request)
@@ -124,7 +124,7 @@ class Adapter:
             outcome = {"success": True, "body": {"address": address}}
             self._respond(self._page_asked, LIVE, outcome)
         else:
-            self._refuse(self._page_asked, LIVE, address)
+            self._reject(self._page_asked, LIVE, address)
 
     def broken(self, reason: str) -> None:
         """End the session: the stream of the editor cannot be split into messages any more."""
@@ -145,10 +145,10 @@ class Adapter:
         try:
             body = self._obeyed(request)
         except FsmkitError as error:
-            self._refuse(request.seq, request.command, error)
+            self._reject(request.seq, request.command, error)
         except OSError as error:
             reason = (error.strerror or type(error).__name__).lower()
-            self._refuse(request.seq, request.command, fail("unreadable-file", reason))
+            self._reject(request.seq, request.command, fail("unreadable-file", reason))
         except Exception as error:
             text = f"fsmkit has a bug: {type(error).__name__}: {error}"
             self._respond(request.seq, request.command, {"success": False, "message": text})
@@ -176,7 +176,7 @@ class Adapter:
         kind, of_inspection = OF_INSPECTION[name]
         return of_inspection(self._session.inspection, _arguments(request, kind))
 
-    def _refuse(self, seq: int, command: str, error: FsmkitError) -> None:
+    def _reject(self, seq: int, command: str, error: FsmkitError) -> None:
         """Answer with a finding: as text for people, and as data."""
         errors = [each for each in error.diagnostics if each.severity is Severity.ERROR]
         shown = errors or list(error.diagnostics)

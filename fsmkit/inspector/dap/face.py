@@ -1,4 +1,4 @@
-"""A client of the hub within the process: commands as calls, refusals as errors."""
+"""A client of the hub within the process: commands as calls, rejections as errors."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def launch(wanted: Launch) -> LaunchedSession:
         instance=wanted.instance,
     )
     hub = Hub(opened.source, file=opened.file, session=secrets.token_hex(4), seed=wanted.seed)
-    return LaunchedSession(hub, tuple(_told(findings)))
+    return LaunchedSession(hub, tuple(_finding_json(findings)))
 
 
 def _shortest(path: Path) -> Path:
@@ -80,5 +80,5 @@ def _shortest(path: Path) -> Path:
     return whole if is_reference(str(short)) else short
 
 
-def _told(findings: Iterable[Diagnostic]) -> Iterable[Diagnostic]:
+def _finding_json(findings: Iterable[Diagnostic]) -> Iterable[Diagnostic]:
     return (each for each in findings if each.severity is not Severity.NOTE)

@@ -7,9 +7,9 @@ from typing import Any
 from msgspec import Struct
 
 from fsmkit.inspector.dap.launching import Launch
-from fsmkit.inspector.dap.stops import Wanted
+from fsmkit.inspector.dap.stops import RequestedBreakpoint
 
-__all__ = ("Launch", "Wanted")
+__all__ = ("Launch", "RequestedBreakpoint")
 
 
 class Request(Struct):
@@ -44,13 +44,13 @@ class SourceBreakpoints(Struct):
     """All breakpoints of a file."""
 
     source: File
-    breakpoints: list[Wanted] | None = None
+    breakpoints: list[RequestedBreakpoint] | None = None
 
 
 class Breakpoints(Struct):
     """All breakpoints of names, or of data."""
 
-    breakpoints: list[Wanted]
+    breakpoints: list[RequestedBreakpoint]
 
 
 class Filters(Struct):

@@ -28,7 +28,7 @@ FILTERS = (
 """The exception filters: id, name, description, and whether they are on by default."""
 
 
-class Wanted(msgspec.Struct, rename="camel"):
+class RequestedBreakpoint(msgspec.Struct, rename="camel"):
     """A breakpoint as an editor gives it; of each kind some of these."""
 
     line: int = 0
@@ -72,7 +72,9 @@ class Stops:
 
     # --- breakpoints of the editor ------------------------------------------------------------
 
-    def in_source(self, path: str, wanted: Iterable[Wanted]) -> Iterator[dict[str, Any]]:
+    def in_source(
+        self, path: str, wanted: Iterable[RequestedBreakpoint]
+    ) -> Iterator[dict[str, Any]]:
         """Set the breakpoints of a file, and yield the result of each; lines and columns from 1."""
         group = f"source {path}"
         self._clear(group)
@@ -81,12 +83,14 @@ class Stops:
             if place is None:
                 lost = "no state, transition or statement of a machine that runs is here or below"
                 known = self.places.of(path)
-                yield self._refused(lost if known else "no machine that runs is of this file")
+                yield self._rejected_breakpoint(
+                    lost if known else "no machine that runs is of this file"
+                )
                 continue
             found = self._set(group, "breakpoint", map(self._break, place.targets), each)
             yield {**found, "line": place.line, "column": place.column}
 
-    def on_functions(self, wanted: Iterable[Wanted]) -> Iterator[dict[str, Any]]:
+    def on_functions(self, wanted: Iterable[RequestedBreakpoint]) -> Iterator[dict[str, Any]]:
         """Set those on names of states and events: ``name`` or ``machine.name``."""
         self._clear("function")
         for each in wanted:
@@ -96,16 +100,18 @@ class Stops:
             else:
                 names = [n for m in self.face.hub.system.machines for n in m.chart.state_index]
                 near = suggest(each.name, names, "name a state or an event")
-                yield self._refused(f"there is no state and no event `{each.name}`: {near}")
+                yield self._rejected_breakpoint(
+                    f"there is no state and no event `{each.name}`: {near}"
+                )
 
-    def on_data(self, wanted: Iterable[Wanted]) -> Iterator[dict[str, Any]]:
+    def on_data(self, wanted: Iterable[RequestedBreakpoint]) -> Iterator[dict[str, Any]]:
         """Set those on values that change."""
         self._clear("data")
         for each in wanted:
             try:
                 machine, expression = read_data_id(each.data_id)
             except FsmkitError as error:
-                yield self._refused(error.diagnostics[0].message)
+                yield self._rejected_breakpoint(error.diagnostics[0].message)
                 continue
             given = {"on": "changed", "m": machine, "what": expression}
             yield self._set("data", "data breakpoint", (given,), each, title=expression)
@@ -118,7 +124,7 @@ class Stops:
         self.filters = frozenset(given)
         for name in given:
             if name not in known:
-                yield self._refused(f"there is no filter `{name}`: {', '.join(known)}")
+                yield self._rejected_breakpoint(f"there is no filter `{name}`: {', '.join(known)}")
                 continue
             breaks: list[Mapping[str, Any]] = []
             if name == "property":
@@ -129,7 +135,7 @@ class Stops:
                 ]
             elif name != "fault":  # the hub always stops at faults
                 breaks = [{"on": name}]
-            yield self._set("exception", "exception", breaks, Wanted(), title=name)
+            yield self._set("exception", "exception", breaks, RequestedBreakpoint(), title=name)
 
     # --- inside ----------------------------------------------------------------------------------
 
@@ -156,7 +162,7 @@ class Stops:
         group: str,
         reason: str,
         breaks: Iterable[Mapping[str, Any]],
-        wanted: Wanted,
+        wanted: RequestedBreakpoint,
         title: str = "",
     ) -> dict[str, Any]:
         """Set breakpoints of the hub; one that any machine accepts is verified."""
@@ -178,7 +184,7 @@ class Stops:
             return {"id": number, "verified": False, "message": refused[0]}
         return {"id": number, "verified": True}
 
-    def _refused(self, message: str) -> dict[str, Any]:
+    def _rejected_breakpoint(self, message: str) -> dict[str, Any]:
         self._next += 1
         return {"id": self._next - 1, "verified": False, "message": message}
 

@@ -1,7 +1,7 @@
 // Expressions of the data language that someone types in a page: read, typed, evaluated. Nothing is
 // evaluated as JavaScript. Integers are BigInt throughout, so every result is exact; types and
 // results are those of fsmkit.language. Bit operators, choices, literals of arrays, arithmetic of
-// durations and dialects of ECMAScript are refused.
+// durations and dialects of ECMAScript are rejected.
 
 import { ContentError, RangeFault, divide, remainder } from "./fsmkit_runtime.mjs";
 import { partTypes } from "./fsmkit_system.mjs";
@@ -493,7 +493,7 @@ function memberOf(charts, name, reader) {
   return constant(found[0], numberOf(found[0], member));
 }
 
-// --- what others call -------------------------------------------------------------------------------------
+// --- interface -------------------------------------------------------------------------------------
 
 /** Read an expression; `machine`: whose names it has, null: names are `machine.name`. */
 export function read(simulation, text, machine, isCondition) {

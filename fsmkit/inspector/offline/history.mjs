@@ -1,4 +1,4 @@
-// What happened: each entry as it was told, and moments from which any of them is made again. As
+// The history: each entry's messages, and moments from which any entry can be recomputed. As
 // fsmkit/inspector/history.py.
 
 export const EVERY = 64;
@@ -66,7 +66,7 @@ export class History {
     return branch.texts.slice(from, Math.max(from, to)).filter((text) => text);
   }
 
-  /** Begin a branch after an entry; what came later stays as another one. */
+  /** Start a branch after an entry; later entries remain as another branch. */
   cut(n, moment) {
     const old = this.branch;
     if (n === old.head) return;

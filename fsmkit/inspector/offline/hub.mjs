@@ -1,5 +1,5 @@
-// The hub of a page that simulates by itself: commands in, messages out, as fsmkit/inspector/hub.py.
-// It has no clock: whoever calls says by `advance` how much real time passed.
+// The hub of a page that simulates offline: executes commands and sends messages, as
+// fsmkit/inspector/hub.py. It has no clock: `advance` passes real time.
 
 import * as rt from "./fsmkit_runtime.mjs";
 import { FOR_EVER, Simulation, SimulationError, leaves } from "./fsmkit_system.mjs";
@@ -67,13 +67,13 @@ export class Hub {
 
   // --- clients ----------------------------------------------------------------------------------------
 
-  /** Take a client in, to whom messages are sent as objects. */
+  /** Add a client that receives messages as objects. */
   join(send) {
     this.clients.push(send);
     send([this.hello(), ...this.states(), this.mode(), ...(this.points.size ? [this.told()] : [])]);
   }
 
-  /** Obey a command, or refuse it; the answer. */
+  /** Execute or reject a command; return the response. */
   receive(command) {
     try {
       const result = this.obey(command) ?? null;
@@ -115,7 +115,7 @@ export class Hub {
     }
   }
 
-  /** Start, and do what is to be done at the same time. */
+  /** Start, and process all steps at the same time. */
   settle() {
     const wasRunning = this.isRunning;
     this.isRunning = true;
@@ -123,7 +123,7 @@ export class Hub {
     if (this.isRunning) this.isRunning = wasRunning;
   }
 
-  /** Do a step; false if there is none until that time. */
+  /** Take a step; return false if there is none until that time. */
   step(until) {
     const before = this.moment;
     let done;
@@ -332,7 +332,7 @@ export class Hub {
     this.broadcast(this.mode());
   }
 
-  /** Go on by little; in the past what happened is looked at again. The steps done. */
+  /** Advance by one unit; in the past, replay entries. Return the number of steps. */
   stepOn(how, at) {
     if (!["macro", "timer", "tick", "time"].includes(how)) throw wrong(`there is no step \`${how}\``, "use macro, timer, tick or time");
     this.stop(["asked"]);
@@ -353,7 +353,7 @@ export class Hub {
     return this.n - first;
   }
 
-  /** Look at a step; what happens from there on is a branch of its own. The step. */
+  /** Move the view to a step; later actions start a branch. Return the step. */
   seek(n) {
     this.isRunning = false;
     n = Math.max(this.history.first, Math.min(n, this.history.head));
@@ -383,7 +383,7 @@ export class Hub {
     return microstepsOf(this.charts[done.machine], this.simulation.definition(done.machine), done.macrostep);
   }
 
-  /** The next entry, or the last one before, that hits what a breakpoint would; where to go on. */
+  /** Return the next hit of a breakpoint, or the last one before, or where to continue the search. */
   find({ on, m, what, if: guard, from, back = false }) {
     const point = this.pointOf({ on, m, what, if: guard });
     const { first: begin, head } = this.history;
@@ -483,7 +483,7 @@ export class Hub {
     return point;
   }
 
-  /** Indices of what a point names: events of one name but other payloads are several. */
+  /** Return the indices of a breakpoint's name; events of one name may have several payloads. */
   placesOfPoint(on, machine, what) {
     const { states, transitions } = this.simulation.definition(machine);
     if (on === "taken") {
@@ -496,7 +496,7 @@ export class Hub {
     return known.flatMap((name, place) => (name === what ? [place] : []));
   }
 
-  // --- scenarios and what is saved ------------------------------------------------------------------------
+  // --- scenarios and saving ------------------------------------------------------------------------
 
   /** Perform a scenario from the start, as a branch; its last entry, which is in view. */
   play(name) {
@@ -545,7 +545,7 @@ export class Hub {
     return this.isAlone ? lines : lines.map((line) => `${this.names[machine]}: ${line}`);
   }
 
-  /** Let what comes follow the step in view; what followed it stays as another branch. */
+  /** Continue after the step in view; later steps remain as another branch. */
   beginBranch() {
     const { number } = this.history;
     this.history.cut(this.n, this.moment);

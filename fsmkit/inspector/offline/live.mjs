@@ -28,14 +28,14 @@ export function toJson(value, type = null) {
   return value;
 }
 
-/** A value as words, for what is wrong with it. */
+/** Format a value for an error message. */
 function repr(value) {
   if (value === null) return "None";
   if (typeof value === "boolean") return value ? "True" : "False";
   return typeof value === "string" ? `'${value}'` : JSON.stringify(value);
 }
 
-/** The value of a type that JSON gives; `TypeError`, which says what is wrong, for what is none. */
+/** Return the value of a type from JSON; throws `TypeError` with the reason if it is invalid. */
 export function fromJson(found, type) {
   const isObject = typeof found === "object" && found !== null && !Array.isArray(found);
   const only = isObject && Object.keys(found).length === 1 ? Object.keys(found)[0] : null;
@@ -93,7 +93,7 @@ function fromRaw(found, type) {
   return found;
 }
 
-/** A machine as a value, of what `fsmkit.inspector.scenarios` writes of one. */
+/** Return the snapshot that `fsmkit.inspector.scenarios` has written. */
 export function snapshotFrom(chart, definition, found) {
   const { states, invocations } = definition;
   const occurrence = ([event, ...payload]) => ({ event, payload: payload.map((value, at) => fromRaw(value, chart.events[event].fields[at].type)) });
@@ -158,7 +158,7 @@ function rowOf(chart, { states }, [word, ...rest]) {
   }
 }
 
-/** Effects as rows; of a machine that was invoked all that it did. */
+/** Return effects as rows, with all steps of invoked machines. */
 export function rowsOf(chart, definition, rows) {
   return rows.map((row) => {
     if (row[0] !== "in") return rowOf(chart, definition, row);
@@ -189,7 +189,7 @@ export function statusOf({ running, fault, finished }) {
   return fault !== null ? "fault" : finished ? "finished" : "before";
 }
 
-/** A macrostep as a message: of what it leaves behind, all that is not as it was before. */
+/** Return a macrostep as a message, with all state that it changed. */
 export function stepOf(chart, definition, machine, n, { at, cause, rows, before, after }) {
   const message = { k: "step", m: machine, n, at, cause: rowOfCause(chart, cause), do: rowsOf(chart, definition, rows) };
   const put = (key, read) => {

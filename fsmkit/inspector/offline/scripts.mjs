@@ -156,7 +156,7 @@ export function performed(hub, actions) {
 }
 
 /**
- * Take over a path that was performed elsewhere, as a branch: what was told, and the machines after
+ * Add a recorded path as a branch: its messages, and the machines after
  * each entry. From any of them the simulation can go on.
  */
 export function recalled(hub, entries) {

@@ -1,5 +1,5 @@
 "use strict";
-// The transport of a page that simulates by itself: a hub in the page, and a clock.
+// The transport of a page that simulates offline: a hub in the page, and a clock.
 
 const transport = {
   hub: null,

@@ -1,5 +1,5 @@
 "use strict";
-// The session as the messages tell it. Nothing here touches the page.
+// The state of a session, from its messages. Nothing here touches the page.
 
 const KEPT_ENTRIES = 20000;
 const KEPT_NUMBERS = 60; // of a variable, for its spark line
@@ -86,7 +86,7 @@ class Session {
     const machine = this.machines.get(message.m);
     if (!machine || this.isAgain) return;
     const isGap = !machine.state || message.n !== this.mode.n; // whole states come in between as well
-    // active states may be known where data are not: where only they are told, after a loss
+    // active states may be known without data: after a loss, messages may contain only states
     const isKnown = message.known !== false || message.on.length > 0;
     Object.assign(machine, { state: message, changed: new Set(), isKnown, hasData: message.known !== false });
     if (!isGap) return;
@@ -159,7 +159,7 @@ class Session {
     if (machine && machine.state && message.how === "queued" && !this.isOld(machine, message)) machine.state.queue = [...machine.state.queue, event];
   }
 
-  /** Whether a message is of the past, told again: what it did is in the state already. */
+  /** Return whether a message is a repetition, so that the state includes its effects already. */
   isOld(machine, message) {
     return this.isAgain || message.n <= machine.state.n;
   }
@@ -203,10 +203,10 @@ function structureOf(chart) {
   return found;
 }
 
-/** Return the innermost region that a state lies in or is; null if there is none. */
+/** Return the innermost region that contains or is a state, or null. */
 const regionOf = (chart, id) => (chart ? structureOf(chart).regions.get(id) ?? null : null);
 
-/** Return null, for what lies in no region, and all regions in document order. */
+/** Return null, for states outside all regions, then all regions in document order. */
 const regionsOf = (chart) => [null, ...new Set([...structureOf(chart).regions.values()].filter((id) => id !== null))];
 
 /** Return a state and those around it, the outermost first, without the root; nothing for no state. */
@@ -217,7 +217,7 @@ function pathTo(chart, id) {
   return path;
 }
 
-/** Return the innermost active state of a region (null: of what lies in none); undefined if none is. */
+/** Return the innermost active state of a region (null: outside all regions), or undefined. */
 const innermost = (chart, on, region) => pathsOf(chart, on).get(region)?.at(-1);
 
 /** Return the active states of each region that is active, from the outermost to the innermost. */

@@ -7,7 +7,7 @@ const session = new Session();
 const waiting = new Map(); // id: resolve
 let lastId = 0;
 
-/** Give a command; resolve to its result, or undefined if it is refused, which is shown. */
+/** Give a command; resolve to its result, or show a rejection and resolve to undefined. */
 function say(name, fields = {}) {
   lastId += 1;
   const id = lastId;
@@ -29,7 +29,7 @@ function notice(text) {
 
 // --- messages ------------------------------------------------------------------------------------
 
-/** Say whether the session can be reached; nobody answers any more where it cannot. */
+/** Show whether the session is connected; pending commands fail if it is not. */
 function connected(state) {
   notice({ open: "", lost: "The session has ended, or cannot be reached. Trying again ...", closed: "No session answers: open the address that fsmkit serve printed." }[state]);
   if (state === "open") return;
@@ -82,12 +82,12 @@ async function askBranches() {
   repaint();
 }
 
-// Charts are large: they are asked for one after the other, with drawings only those in view.
+// Charts are large: they are requested one after the other, and drawings only for those in view.
 const askedFor = new Map(); // hash: what was left out of its drawing, or UNDRAWN
 const UNDRAWN = "-";
 const folds = new Map(); // hash: the states that are folded
 
-/** How a chart is to be laid out: all that is left out of it. */
+/** Return the layout options of a chart: its omitted parts. */
 function layoutOf(hash) {
   const chart = session.charts.get(hash);
   const fold = chart && chart.folds ? [...(folds.get(hash) || [])].sort() : [];
@@ -114,7 +114,7 @@ async function askCharts() {
   repaint();
 }
 
-// --- what is shown -------------------------------------------------------------------------------
+// --- display -------------------------------------------------------------------------------
 
 let chosen = null; // {view, kind, index}
 let micro = null; // {n, m, index, rows}: the microsteps of the entry in view, gone through
@@ -266,7 +266,7 @@ function throttled(act_, least) {
   };
 }
 
-/** Ask what the events would do, at most five times a second. */
+/** Request the effects of the events, at most five times a second. */
 const askEvents = throttled((machine) => {
   const key = `${machine.name} ${session.mode.n} ${session.mode.branch}`;
   if (askEvents.key === key || !isSeen($("p-events"))) return;
@@ -300,10 +300,10 @@ const askEntries = throttled(() => {
   say("history", range).then(repaint);
 }, 200);
 
-/** Say what is active, at most once a second, to who does not see it. */
+/** Announce the active states to screen readers, at most once a second. */
 const tell = throttled((machine) => setText($("said"), `${machine.name}: ${machine.state.on.join(", ")}`), 1000);
 
-// --- what is chosen ------------------------------------------------------------------------------
+// --- selection ------------------------------------------------------------------------------
 
 /** Show the source of a state or transition, and offer to stop there. */
 function showChosen() {
@@ -531,7 +531,7 @@ function listen() {
   for (const node of document.querySelectorAll(".panel, #lane-box, #sequence")) watcher.observe(node);
 }
 
-/** Show the machine of a number, or with shift its drawing beside; false if there is none. */
+/** Show a machine by number, or with shift its drawing beside; return false if it is unknown. */
 function pick(number, isBeside) {
   const name = [...session.machines.keys()][number];
   if (name === undefined || session.machines.size < 2) return false;

@@ -1,5 +1,5 @@
 "use strict";
-// What stands beside the drawing. Each panel keeps its rows and changes what is another.
+// The panels beside the drawing. Each panel keeps its rows and updates changed ones.
 
 /** The events of a machine; `update` puts those first that would do something now. */
 class Events {
@@ -110,7 +110,7 @@ class Data {
   }
 }
 
-/** Draw the last values of a number; nothing for what never changed. */
+/** Draw the last values of a number; nothing for a constant one. */
 function spark(svg, numbers) {
   const isFlat = !numbers || numbers.length < 2;
   if (svg.classList.contains("flat") !== isFlat) svg.classList.toggle("flat", isFlat);
@@ -136,7 +136,7 @@ function showSignals(session) {
   });
 }
 
-/** Timers, each with a bar of what is left and a button that goes there; what waits in the queue. */
+/** Timers, each with a bar of its remaining time and a button that goes there; the queue. */
 class Timers {
   constructor(say) {
     this.say = say;
@@ -172,7 +172,7 @@ class Timers {
   }
 }
 
-/** A list whose items can be removed; made anew only if what it says is another. */
+/** A list with removable items; rebuilt only if its content has changed. */
 function showList(box, items) {
   const key = items.map((each) => each.text).join("\n");
   if (box.dataset.key === key && box.childElementCount) return;
@@ -182,7 +182,7 @@ function showList(box, items) {
     ...(remove ? [make("button", { class: "ask", "aria-label": `remove ${name}`, title: "remove", onclick: remove }, "×")] : []))) : [make("p", { class: "none" }, "none")]));
 }
 
-/** Cards of the machines of a system: what is active, what came last, what is due. */
+/** Cards of the machines of a system: active states, last event, next deadline. */
 class Cards {
   constructor(session, act) {
     this.session = session;

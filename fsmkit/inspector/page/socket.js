@@ -1,5 +1,5 @@
 "use strict";
-// The transport: a WebSocket to `fsmkit serve`. Whatever stands in for it is an object `transport`
+// The transport: a WebSocket to `fsmkit serve`. A replacement is an object `transport`
 // with the same two functions; page.js does not see the difference.
 
 const transport = {
@@ -22,7 +22,7 @@ const transport = {
     this.socket = socket;
   },
 
-  /** Send a command; false if nobody is there. */
+  /** Send a command; return false without a connection. */
   send(command) {
     if (!this.socket || this.socket.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(command));

@@ -1,7 +1,7 @@
 "use strict";
 // One machine in full: its drawing or outline, of which only classes change, and its switches.
 
-/** What is left out of all drawings; the server lays them out once more. */
+/** The parts omitted from all drawings; the server lays them out again. */
 const hidden = new Set();
 
 class View {
@@ -112,7 +112,7 @@ class View {
     for (const name of ["follow", "in", "out", "whole"]) this.part(name).disabled = isOutline;
   }
 
-  /** Set the classes of what is active, left, taken, chosen; `micro` takes the place of the step. */
+  /** Set the classes of active, left, taken and chosen elements; `micro` replaces the step. */
   light(points, chosen, micro) {
     const { machine, chart } = this;
     const now = micro || { on: machine.state.on, left: machine.left, taken: machine.taken };

@@ -367,9 +367,9 @@ class Shell:
             self._request("pause")
             self._flush()
             self._show(Styled("interrupted", "yellow"))
-        self._stopped(is_told=True)
+        self._stopped(is_printed=True)
 
-    def _stopped(self, *, is_told: bool = False) -> None:
+    def _stopped(self, *, is_printed: bool = False) -> None:
         """Print why the session stopped, if it did."""
         self._flush()
         match self._mode.get("why"):
@@ -378,7 +378,7 @@ class Shell:
                 self._show(Styled(f"breakpoint {number}: {text}", "bold yellow"))
             case ["until", text]:
                 self._show(Styled(f"{text} holds", "bold yellow"))
-            case ["idle"] if is_told:
+            case ["idle"] if is_printed:
                 self._show(Styled("no timer is armed", "yellow"))
             case ["fault", "livelock", message]:
                 self._show(Styled(str(message), "bold red"))

@@ -72,7 +72,7 @@ class ProgramSource:
         self._moment = replace(
             self._simulation.begin(), now=session.now, snapshots=_snapshots(session)
         )
-        if any(map(_has_begun, self._moment.snapshots)):
+        if any(map(_has_started, self._moment.snapshots)):
             self._moment = replace(self._moment, to_start=())
         self.begin: Moment | None = self._moment
         session.observers.append(self._observe)
@@ -205,5 +205,5 @@ def _snapshots(session: Session | SystemSession) -> tuple[Snapshot, ...]:
     return (session.snapshot,) if isinstance(session, Session) else session.snapshots
 
 
-def _has_begun(snapshot: Snapshot) -> bool:
+def _has_started(snapshot: Snapshot) -> bool:
     return snapshot.running or snapshot.finished or snapshot.fault is not None

@@ -258,11 +258,11 @@ class Traced:
 
     def post(self, machine: int, occurrence: Occurrence) -> None:
         """Reject the event: records are sent in one direction."""
-        raise _one_way(machine, occurrence)
+        raise _sent_one_direction(machine, occurrence)
 
     def set_input(self, machine: int, place: int, value: Value) -> None:
         """Reject the input: records are sent in one direction."""
-        raise _one_way(machine, place, value)
+        raise _sent_one_direction(machine, place, value)
 
     def signals(self) -> Mapping[str, float]:
         """Return none."""
@@ -273,7 +273,7 @@ class Traced:
         self._reader.close()
 
 
-def _one_way(*refused: object) -> FsmkitError:
+def _sent_one_direction(*refused: object) -> FsmkitError:
     del refused
     return fail(
         "wrong-command", "a trace is sent in one direction: its target cannot receive commands",

@@ -180,11 +180,11 @@ class Globals:
         return self.event.payload[slot]
 
     def event_name(self) -> str:
-        """Return the name of the current event, or an empty string if there is none."""
+        """Return the name of the current event, or an empty string without an event."""
         return "" if self.event is None else self.chart.events[self.event.event].name
 
     def event_type(self) -> str:
-        """Return the type of the current event (SCXML 5.10.1); empty if there is none."""
+        """Return the type of the current event (SCXML 5.10.1); empty without an event."""
         return "" if self.event is None else self.chart.events[self.event.event].type
 
     def is_in(self, state: int) -> bool:

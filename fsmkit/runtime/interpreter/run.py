@@ -158,12 +158,12 @@ def step_timer(
         case snap.Delayed(destination=Destination.INVOKED | Destination.INVOKER):
             return _step_passing(chart, before, timer.what, host, room)
         case snap.Delayed(occurrence, Destination.PORT, _, peer):
-            return _passed_on(before, timer.what, before, snap.Emitted(occurrence, peer))
+            return _port_macrostep(before, timer.what, before, snap.Emitted(occurrence, peer))
         case snap.Delayed(occurrence):
             if not has_room(chart, before):
-                return _passed_on(before, timer.what, before, snap.Overflowed("queue"))
+                return _port_macrostep(before, timer.what, before, snap.Overflowed("queue"))
             after = _with_queue(before, (*before.queue, occurrence))
-            return _passed_on(before, timer.what, after)
+            return _port_macrostep(before, timer.what, after)
         case _:
             assert_never(timer.what)
 
@@ -243,7 +243,7 @@ def _with_queue(snapshot: snap.Snapshot, queue: tuple[snap.Occurrence, ...]) -> 
     return snapshot.with_queues(snapshot.now, queue, snapshot.deferred, snapshot.timers)
 
 
-def _passed_on(
+def _port_macrostep(
     before: snap.Snapshot, what: snap.Delayed, after: snap.Snapshot, *effects: snap.Effect
 ) -> snap.Macrostep:
     microsteps = (snap.Microstep(None, (), (), (), effects),) if effects else ()

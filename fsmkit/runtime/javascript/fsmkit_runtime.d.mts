@@ -1,6 +1,6 @@
-// The types of what every generated machine has; `Shape` holds those that its chart declares.
+// The types common to all generated machines; `Shape` holds those that a chart declares.
 
-/** What a chart declares, for the types of its machine. */
+/** The declarations of a chart, for the types of its machine. */
 export interface Shape {
   /** Events that a host may post: the values that each carries. */
   events: object;
@@ -16,17 +16,17 @@ type Payload<S extends Shape, E extends keyof S["events"]> = S["events"][E] exte
 
 /** A running chart. */
 export class Machine<S extends Shape> {
-  /** Begin, or begin anew, at a time in ticks. */
+  /** Start or restart at a time in ticks. */
   start(now?: number): void;
   /** Put an event into the queue; false if that is full or the machine does not run. */
   post<E extends keyof S["events"]>(event: E, ...payload: Payload<S, E>): boolean;
-  /** Process one event at once, ahead of the queue; whether it enabled a transition. */
+  /** Process one event immediately, ahead of the queue; return whether it enabled a transition. */
   dispatch<E extends keyof S["events"]>(event: E, ...payload: Payload<S, E>): boolean;
-  /** Do all that is to be done until a time in ticks; whether the machine goes on running. */
+  /** Process all events and timers up to a time in ticks; return whether the machine still runs. */
   run(now: number): boolean;
-  /** When the first timer is due, in ticks; null where none is armed. */
+  /** Return the first deadline in ticks, or null if no timer is armed. */
   nextDeadline(): number | null;
-  /** Whether a state is active. */
+  /** Return whether a state is active. */
   isIn(state: S["state"]): boolean;
   /** The names of the active atomic states, in document order. */
   active(): S["state"][];

@@ -1,4 +1,4 @@
-// The part of every machine that does not depend on its chart: Appendix D of SCXML 1.0 by name.
+// The common part of all machines: Appendix D of SCXML 1.0 by name.
 //
 // A machine is given its definition, tables and functions that `fsmkit compile --target javascript`
 // wrote. States, transitions and events are numbers of the chart; times are ticks modulo 2^32, and
@@ -15,14 +15,14 @@ export const INVOKED = 4;
 
 /** Content that cannot be evaluated: the rest of its block is skipped. */
 export class ContentError extends Error {}
-/** The rest of a block is skipped without another error. */
+/** Skips the rest of a block whose error event was already raised. */
 export class EndOfBlock extends Error {}
 /** A value left the bounds of a type that forbids it: the machine stops. */
 export class RangeFault extends Error {}
 
 // --- arithmetic ---------------------------------------------------------------------------------
-// Integers are numbers where all values of a type and of what is computed on the way are safe
-// integers, else BigInt: the printer of expressions decides. `+ 0` makes 0 of -0.
+// Integers are numbers if all values of a type and all intermediate results are safe
+// integers, else BigInt: the printer of expressions decides. `+ 0` converts -0 to 0.
 
 /** Divide integers, truncating toward zero (C99 6.5.5). */
 export function divide(a, b) {
@@ -30,13 +30,13 @@ export function divide(a, b) {
   return typeof a === "bigint" ? a / b : (a - (a % b)) / b + 0;
 }
 
-/** What `divide` leaves; it has the sign of the dividend. */
+/** Return the remainder of `divide`; it has the sign of the dividend. */
 export function remainder(a, b) {
   if (b == 0) throw new ContentError("division by zero");
   return typeof a === "bigint" ? a % b : (a % b) + 0;
 }
 
-/** A value modulo the size of a range, inside of it. */
+/** Wrap a value into a range. */
 export function around(value, lo, hi) {
   if (typeof value === "bigint") {
     const size = hi - lo + 1n, rest = (value - lo) % size;
@@ -46,60 +46,60 @@ export function around(value, lo, hi) {
   return (rest < 0 ? rest + size : rest) + lo;
 }
 
-/** The nearest value of a range. */
+/** Return the nearest value of a range. */
 export function nearest(value, lo, hi) {
   return value < lo ? lo : value > hi ? hi : value;
 }
 
-/** A value that must lie in a range; else the machine stops. */
+/** Return a value that lies in its range; otherwise stop the machine. */
 export function bounded(value, lo, hi) {
   if (value < lo || value > hi) throw new RangeFault("a value left its range");
   return value;
 }
 
-/** A number without its fraction; infinities lie just outside the range, NaN is 0. */
+/** Truncate a number; infinities become values just outside the range, NaN becomes 0. */
 export function truncate(value, lo, hi) {
   if (Number.isNaN(value)) return 0;
   return value === Infinity ? hi + 1 : value === -Infinity ? lo - 1 : Math.trunc(value) + 0;
 }
 
-/** The same as BigInt, of which the bounds are. */
+/** The same with BigInt bounds and result. */
 export function truncateBig(value, lo, hi) {
   if (Number.isNaN(value)) return 0n;
   return value === Infinity ? hi + 1n : value === -Infinity ? lo - 1n : BigInt(Math.trunc(value));
 }
 
-/** The least, as C's `b < a ? b : a` says it of numbers that are none and of -0. */
+/** Return the minimum, with C's `b < a ? b : a` for NaN and -0. */
 export function least(a, ...others) {
   for (const b of others) if (b < a) a = b;
   return a;
 }
 
-/** The greatest. */
+/** Return the maximum, likewise. */
 export function greatest(a, ...others) {
   for (const b of others) if (b > a) a = b;
   return a;
 }
 
-/** The magnitude of a BigInt. */
+/** Return the magnitude of a BigInt. */
 export function magnitude(value) {
   return value < 0n ? -value : value;
 }
 
-/** A position in an array that is known to exist. */
+/** Return a checked index of an array. */
 export function position(index, length) {
   if (index < 0 || index >= length) throw new ContentError("index out of range");
   return Number(index);
 }
 
-/** The whole part of a number, which must lie within 64 bits. */
+/** Truncate a number to 64 bits; fails outside them. */
 export function integer(value) {
   const whole = Number.isFinite(value) ? BigInt(Math.trunc(value)) : 1n << 63n;
   if (BigInt.asIntN(64, whole) !== whole) throw new ContentError("no whole part within 64 bits");
   return whole;
 }
 
-/** A number that is one of those known; else another one, or it fails without one. */
+/** Return a known number; otherwise `otherwise`, or fail without one. */
 export function member(number, known, otherwise) {
   const found = known.find((each) => each == number); // loosely: a number or a BigInt
   if (found !== undefined) return found;
@@ -107,7 +107,7 @@ export function member(number, known, otherwise) {
   return otherwise;
 }
 
-/** Fail as content does that has no meaning. */
+/** Fail with an error of content. */
 export function cannot(reason) {
   throw new ContentError(reason);
 }
@@ -117,14 +117,14 @@ export function endOfBlock(reason) {
   throw new EndOfBlock(reason);
 }
 
-/** A copy of an array or record with another part. */
+/** Return a copy of an array or record with another part. */
 export function changed(values, at, value) {
   const copy = values.slice();
   copy[at] = value;
   return copy;
 }
 
-/** Spell a value as traces do: enumerations as numbers, durations in ticks. */
+/** Format a value as traces do: enumerations as numbers, durations in ticks. */
 export function shown(value) {
   if (Array.isArray(value)) return `[${value.map(shown).join(" ")}]`;
   if (typeof value === "boolean") return value ? "1" : "0";
@@ -132,7 +132,7 @@ export function shown(value) {
   return typeof value === "number" ? general(value) : String(value);
 }
 
-/** A number as C's "%.17g": ties between digits go to the even one, which toExponential lacks. */
+/** Format a number like C's "%.17g": ties are rounded to even, unlike toExponential. */
 function general(value) {
   if (Number.isNaN(value)) return "nan";
   if (!Number.isFinite(value)) return value < 0 ? "-inf" : "inf";
@@ -157,10 +157,10 @@ function general(value) {
 }
 
 // --- traces ---------------------------------------------------------------------------------------
-// What happens is told as rows: a word, then numbers of the chart and values as they are held. A
-// line of a trace is made of a row; `deferred` and `spent` have none.
+// Effects are reported as rows: a word, then numbers of the chart and internal values. A row becomes
+// a line of a trace, except for `deferred` and `spent`.
 
-/** The line of an effect; null for those that a trace leaves out. */
+/** Return the line of an effect, or null for effects that a trace omits. */
 export function effectLine({ states, events }, [word, ...rest]) {
   const spell = (event, payload) => [events[event].name, ...payload.map(shown)].join(" ");
   switch (word) {
@@ -193,7 +193,7 @@ export function effectLine({ states, events }, [word, ...rest]) {
   }
 }
 
-/** What follows the time in the first line of a macrostep. */
+/** Return the part after the time in the first line of a macrostep. */
 export function causeText({ events }, [word, ...rest]) {
   if (word !== "event") return [word, ...rest].join(" ");
   return ["event", events[rest[0].event].name, ...rest[0].payload.map(shown)].join(" ");
@@ -203,7 +203,7 @@ export function causeText({ events }, [word, ...rest]) {
 
 /** A running chart. */
 export class Machine {
-  /** `host` has a method for each operation of the chart, called as the operation is. */
+  /** `host` has a method for each operation of the chart, with the name of the operation. */
   constructor(definition, host = {}) {
     const lacking = definition.operations.filter(
       (name) => typeof host[name] !== "function" || host[name] === Object.prototype[name],
@@ -216,9 +216,9 @@ export class Machine {
     this.trace = null;
     /** Called with label and values of each `log`, unless null. */
     this.log = null;
-    /** Told of macrosteps as they begin and end, and of each effect: see `_tell`. */
+    /** Receives the start and end of macrosteps, and each effect: see `_tell`. */
     this.watch = null;
-    /** Called with the ends of a delay that an environment gives as an interval; the longest if null. */
+    /** Called with the bounds of an interval delay of an environment; null: the maximum. */
     this.chance = null;
     /** Called with event, payload and addressee of each event that is sent out, unless null. */
     this.send = null;
@@ -240,9 +240,9 @@ export class Machine {
     this._resetData();
   }
 
-  // --- what a host calls --------------------------------------------------------------------------
+  // --- interface for hosts --------------------------------------------------------------------------
 
-  /** Begin, or begin anew, at a time in ticks: enter the initial states. `kept`: data that stay. */
+  /** Start or restart at a time in ticks: enter the initial states. `kept`: data to keep. */
   start(now = 0, kept = {}) {
     this._call(() => {
       this._resetData();
@@ -262,7 +262,7 @@ export class Machine {
     return true;
   }
 
-  /** Process one event at once, ahead of the queue; whether it enabled a transition. */
+  /** Process one event immediately, ahead of the queue; return whether it enabled a transition. */
   dispatch(event, ...payload) {
     const index = this._named(event, payload);
     return this._call(() => {
@@ -276,7 +276,7 @@ export class Machine {
     });
   }
 
-  /** Do all that is to be done until a time in ticks; whether the machine goes on running. */
+  /** Process all events and timers up to a time in ticks; return whether the machine still runs. */
   run(now) {
     return this._call(() => {
       now >>>= 0;
@@ -301,7 +301,7 @@ export class Machine {
     });
   }
 
-  /** When the first timer is due, in ticks; null where none is armed. */
+  /** Return the first deadline in ticks, or null if no timer is armed. */
   nextDeadline() {
     let first = this._timers.length ? this._timers[0].due : null;
     for (const child of this._slots) {
@@ -311,7 +311,7 @@ export class Machine {
     return first;
   }
 
-  /** Whether the state of that name is active. */
+  /** Return whether the state of that name is active. */
   isIn(state) {
     const found = this.definition.states.findIndex((one) => one.id === state);
     if (found < 1) throw new RangeError(`${this.definition.name} has no state ${state}`);
@@ -394,7 +394,7 @@ export class Machine {
 
   // --- trace ----------------------------------------------------------------------------------------
 
-  /** Note that a macrostep begins; one that is only tried is announced with its first effect. */
+  /** Report the start of a macrostep; a tentative one is reported with its first effect. */
   _opened(cause, isTried = false) {
     const { watch, trace } = this._root();
     if (watch === null && trace === null) return;
@@ -403,7 +403,7 @@ export class Machine {
     if (!isTried) this._announce();
   }
 
-  /** Note that a macrostep has ended; of one that was only tried and did nothing, nothing is told. */
+  /** Report the end of a macrostep; a tentative one without effect is not reported. */
   _closed() {
     const { watch, trace } = this._root();
     const isKept = this._cause === null;
@@ -412,7 +412,7 @@ export class Machine {
     this._cause = null;
   }
 
-  /** Do what is no macrostep of its own and has no first and no last line; nothing if it says false. */
+  /** Execute a step without first and last line; not reported if the function returns false. */
   _aside(cause, step) {
     const { watch } = this._root();
     if (watch === null) return step();
@@ -430,7 +430,7 @@ export class Machine {
     if (this._root().trace !== null) this._pass(`@${this._now} > ${causeText(this.definition, cause)}`);
   }
 
-  /** Tell of an effect: a word and what it is about, as they are held. */
+  /** Report an effect: a word and its arguments in internal form. */
   _tell(row) {
     const { watch, trace } = this._root();
     if (watch === null && trace === null) return;
@@ -454,7 +454,7 @@ export class Machine {
 
   // --- macrosteps (mainEventLoop) -------------------------------------------------------------------
 
-  /** Begin the macrostep of an event. */
+  /** Start the macrostep of an event. */
   _open(occurrence) {
     this._budget = this.definition.microsteps;
     this._at = occurrence;
@@ -478,7 +478,7 @@ export class Machine {
     });
   }
 
-  /** Take the oldest recalled event, else the oldest of the queue; else let invoked machines go on. */
+  /** Take the oldest recalled event, else the oldest queued one; else let invoked machines continue. */
   _takeQueued() {
     const recalled = this._deferred.findIndex(({ event }) => !this._defers(event));
     if (recalled < 0 && !this._queue.length) {
@@ -499,7 +499,7 @@ export class Machine {
     return true;
   }
 
-  /** Take what the event at hand enables; else keep it for later, or tell that nobody wants it. */
+  /** Take the transitions that the current event enables; else defer it or report it as unhandled. */
   _react(mayDefer) {
     const { event } = this._at;
     this._budget -= 1;
@@ -522,7 +522,7 @@ export class Machine {
     return true;
   }
 
-  /** Go on until the configuration is stable and what was entered is invoked. */
+  /** Run to a stable configuration and start its invocations. */
   _settle() {
     this._complete();
     while (this._waiting.size && this._running && this._fault === null) {
@@ -592,7 +592,7 @@ export class Machine {
     return this.definition.states.some((state, index) => this._active[index] && state.defers.has(event));
   }
 
-  /** The optimal set that an event or, without one, nothing enables; and whether it is deferred. */
+  /** Return the optimal set that an event or no event enables, and whether the event is deferred. */
   _select(event) {
     const { states } = this.definition;
     const enabled = [];
@@ -633,7 +633,7 @@ export class Machine {
     return NOTHING;
   }
 
-  /** Evaluate a guard, once in a selection; one that fails is false. */
+  /** Evaluate a guard once per selection; a failing guard is false. */
   _test(index) {
     const { guard } = this.definition.transitions[index];
     if (guard === null) return true;
@@ -645,7 +645,7 @@ export class Machine {
     return isHeld;
   }
 
-  /** Remove what is preempted (removeConflictingTransitions). */
+  /** Remove preempted transitions (removeConflictingTransitions). */
   _withoutConflicts(enabled) {
     if (enabled.length < 2) return enabled;
     const { states, transitions } = this.definition;
@@ -664,7 +664,7 @@ export class Machine {
     return kept.map(({ index }) => index);
   }
 
-  /** What taking a transition does: the first variant whose conditions hold. */
+  /** Return the reaction of a transition: the first variant whose conditions hold. */
   _variant(index) {
     const holds = ({ history, first, last }) => {
       const held = this._history.get(history);
@@ -695,7 +695,7 @@ export class Machine {
     this._mark(enabled);
   }
 
-  /** Note that a microstep has ended, of those transitions: what was told since the last is of it. */
+  /** Report the end of a microstep with its transitions; it includes the effects since the last one. */
   _mark(transitions = []) {
     const { watch } = this._root();
     if (watch !== null && this._invoker === null) watch.mark([...transitions].sort((a, b) => a - b));
@@ -752,7 +752,7 @@ export class Machine {
     if (final) final(this);
   }
 
-  /** Enter what a deep history held strictly below a state. */
+  /** Enter the recorded states of a deep history strictly below a state. */
   _restore(held, below) {
     const { states } = this.definition;
     const coming = new Set();
@@ -787,7 +787,7 @@ export class Machine {
     if (block) this._attempt(() => block(this), null);
   }
 
-  /** The value of an expression, or another where it cannot be evaluated. */
+  /** Return the value of an expression, or a default if it fails. */
   _attempt(evaluate, otherwise) {
     try {
       return evaluate();
@@ -803,7 +803,7 @@ export class Machine {
     }
   }
 
-  /** A condition in content; one that fails is false and raises `error.execution`. */
+  /** Evaluate a condition in content; a failing one is false and raises `error.execution`. */
   _holds(condition) {
     try {
       return condition();
@@ -814,7 +814,7 @@ export class Machine {
     }
   }
 
-  /** The nearest value of a range; an error event tells if that is another. */
+  /** Return the nearest value of a range; a change raises an error event. */
   _clamp(value, lo, hi) {
     if (lo <= value && value <= hi) return value;
     this._error("error.range");
@@ -913,7 +913,7 @@ export class Machine {
     if (event !== undefined) this._enqueueInternal(event, this.definition.events[event].blank);
   }
 
-  /** Put the machine into a fault; the first one counts. */
+  /** Stop the machine with a fault; only the first one counts. */
   _stop(reason) {
     if (this._fault !== null) return;
     this._fault = reason;
@@ -922,13 +922,13 @@ export class Machine {
 
   // --- timers -----------------------------------------------------------------------------------------------
 
-  /** How long a delay takes; chance says it of an interval. */
+  /** Return a delay; for an interval, `chance` picks it. */
   _length({ least, delay }) {
     const { chance } = this._root();
     return least === undefined || chance === null ? delay : chance(least, delay);
   }
 
-  /** Insert a timer behind those that are due no later. */
+  /** Insert a timer after those with an earlier or equal deadline. */
   _arm(timer, delay) {
     const due = (this._now + delay) >>> 0;
     let at = this._timers.length;
@@ -941,7 +941,7 @@ export class Machine {
     return due !== null && (now - due) >>> 0 < FAR;
   }
 
-  /** Fire the first timer, at its deadline: of several due at once the own comes first. */
+  /** Fire the first timer at its deadline; of equal ones, the machine's own comes first. */
   _fire() {
     const due = this.nextDeadline();
     this._now = due;
@@ -1025,7 +1025,7 @@ export class Machine {
     this._absorb(child);
   }
 
-  /** Let the invoked machines take one event each, in document order, until all are quiet. */
+  /** Let each invoked machine take one event in turn, in document order, until all are quiet. */
   _settleInvoked() {
     let isDone = false;
     if (!this._slots.length) return isDone;
@@ -1049,7 +1049,7 @@ export class Machine {
     if (child._fault !== null) this._stop("invoked");
   }
 
-  /** End an invoked machine: it leaves its states, what it sends goes nowhere. */
+  /** Cancel an invoked machine: it exits its states, and its events are dropped. */
   _dismiss(slot) {
     const child = this._slots[slot];
     if (!child._running) return;

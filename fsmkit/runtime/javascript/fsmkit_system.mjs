@@ -1,9 +1,9 @@
-// Machines of a system, one macrostep at a time, as a pure function: what can be taken back.
+// Simulate a system one macrostep at a time, as a pure function that permits undo.
 //
-// The schedule is that of `fsmkit.runtime.system_session`: the machines of the environment answer
-// first, then each machine in the order of the file runs until it is quiet; when all are, time goes
-// on to the next deadline. A chart alone is a system of one machine. A moment is a value: nothing in
-// it is ever changed, so what two moments have in common is held once. Times are ticks, not wrapped.
+// The schedule is that of `fsmkit.runtime.system_session`: the machines of the environment run first,
+// then each machine in the order of the file until it is quiet. When all are quiet, time advances to
+// the next deadline. A single chart is a system of one machine. A moment is immutable, so moments
+// share common parts. Times are ticks, not wrapped.
 
 import { changed } from "./fsmkit_runtime.mjs";
 
@@ -12,7 +12,7 @@ const MOST_AT_ONCE = 10000;
 const LAST = 64;
 const LARGEST_RANGE = 2 ** 22;
 
-/** What a simulation cannot do: a rule of fsmkit, and why. */
+/** An error of the simulation: a rule of fsmkit, and the reason. */
 export class SimulationError extends Error {
   constructor(rule, message, help = "") {
     super(message);
@@ -61,7 +61,7 @@ function fromList(value, type) {
   return isBig(type) ? BigInt(value.int) : Number(value.int);
 }
 
-/** Operations and delays by chance: a linear congruential generator mod 2^31, as in all harnesses. */
+/** Pseudo-random operations and delays: a linear congruential generator mod 2^31, as in all harnesses. */
 class Answers {
   constructor(operations) {
     this.state = 1;
@@ -165,7 +165,7 @@ function thaw(machine, snapshot) {
   });
 }
 
-/** When the first timer of a machine is due, here or in a machine that it invoked; else null. */
+/** Return the first deadline of a machine and the machines it invokes, or null. */
 function nextDeadline({ timers, invoked }) {
   let first = timers.length ? timers[0].due : null;
   for (const child of invoked) {
@@ -194,7 +194,7 @@ class Watcher {
     this.frames.push({ at: absolute(machine._now, this.near), cause, rows: [], marks: [], before });
   }
 
-  /** A microstep has ended; one that did nothing is none. */
+  /** End a microstep; one without effect is ignored. */
   mark(transitions) {
     const { rows, marks } = this.frames[this.frames.length - 1];
     const from = marks.length ? marks[marks.length - 1].to : 0;
@@ -292,7 +292,7 @@ export class Simulation {
     return withMachine(moment, machine, { ...snapshot, queue: [...queue, { event, payload }] });
   }
 
-  /** Give the results of an operation from here on, one a call; the last one stays. */
+  /** Set the next results of an operation, one per call; the last one repeats. */
   setResults(moment, machine, operation, results) {
     return { ...moment, given: placed(moment.given, machine, new Map(moment.given[machine]).set(operation, results)) };
   }
@@ -313,8 +313,8 @@ export class Simulation {
   }
 
   /**
-   * Do the next macrostep that happens until a time. Without one `done` is null, and it is that
-   * time, or that of the last step if nothing is ever due.
+   * Take the next macrostep up to a time. Without one `done` is null, and the time is `until`, or that
+   * of the last step if no timer is armed.
    */
   step(moment, until = FOR_EVER) {
     if (moment.toStart.length) return this.start(moment);
@@ -333,7 +333,7 @@ export class Simulation {
     }
   }
 
-  /** When the first timer of any machine is due; null if none is. */
+  /** Return the first deadline of any machine, or null. */
   nextDeadline({ snapshots }) {
     const found = snapshots.filter(({ running }) => running).map(nextDeadline).filter((due) => due !== null);
     return found.length ? Math.min(...found) : null;
@@ -384,7 +384,7 @@ export class Simulation {
     return queue.length + deferred.length + this.definition(machine).microsteps;
   }
 
-  /** The next event or timer of the machine whose turn it is; null where there is none. */
+  /** Process the next event or timer of the present turn; null if there is none. */
   within(moment, turn) {
     const { machine, isSingle } = turn;
     const snapshot = moment.snapshots[machine];
@@ -400,7 +400,7 @@ export class Simulation {
     return [after(moment, machine, done), { ...turn, allowance, done: [...turn.done, done] }];
   }
 
-  /** Count the step; pass on what the machine did, if it has nothing else to do. */
+  /** Count the step; deliver the events of the turn if the machine is quiet. */
   close(moment, turn) {
     const { machine } = turn;
     const last = turn.done[turn.done.length - 1];
@@ -461,7 +461,7 @@ export class Simulation {
     return { moment, passed };
   }
 
-  /** Give the outputs and shared data that a machine changed to all that read them. */
+  /** Copy changed outputs and shared variables of a machine to the machines that read them. */
   drive(moment, source, before) {
     const driven = [];
     for (const { source: from, output, target, input } of this.system.inputLinks) {
@@ -494,7 +494,7 @@ function mostAtOnce({ transitions }) {
   return Math.max(MOST_AT_ONCE, 2 * transitions.length);
 }
 
-/** What each machine has, with something else for one of them. */
+/** Return a copy of an array with another element for one machine. */
 function placed(ofEach, machine, one) {
   return [...ofEach.slice(0, machine), one, ...ofEach.slice(machine + 1)];
 }

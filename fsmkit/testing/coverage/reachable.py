@@ -43,7 +43,7 @@ def reachable_items(
     """
     options = ExplorationOptions(timeout=timeout)
     system, report = check_file(path, findings, options=options)
-    why = _doubt(report)
+    why = _incompleteness(report)
     if why:
         raise fail(
             "wrong-option", f"`{path}` proves nothing to be out of reach: {why}",
@@ -62,7 +62,7 @@ def reachable_items(
     return tuple(found.values())
 
 
-def _doubt(report: Report) -> str:
+def _incompleteness(report: Report) -> str:
     """Return why something may be reached that was not seen, empty where nothing may."""
     found, closed = report.exploration, report.closed
     if found.end is not End.COMPLETE:

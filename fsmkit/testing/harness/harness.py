@@ -96,12 +96,12 @@ def harnesses() -> tuple[Harness, ...]:
 def _of_targets() -> Iterator[Runtime]:
     for target in plugins(Target):
         if isinstance(target, Harnessed):
-            yield Runtime(target.name, _each_by(target))
+            yield Runtime(target.name, _results_by(target))
         elif (Path(__file__).parent / f"{target.name}.py").is_file():
             yield Runtime(target.name, _all_by(f"{__package__}.{target.name}"))
 
 
-def _each_by(target: Harnessed) -> Callable[[Jobs], list[list[str]]]:
+def _results_by(target: Harnessed) -> Callable[[Jobs], list[list[str]]]:
     return lambda jobs: [list(target.harness_run(chart, script)) for chart, script in jobs]
 
 
