@@ -136,4 +136,4 @@ def test_bad_requests_get_error_responses_and_the_server_goes_on(server: Server)
 
 def test_json_without_a_port_is_a_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["lsp", "--json"]) == 2
-    assert "--json goes with --tcp" in capsys.readouterr().err
+    assert "--json needs --tcp" in capsys.readouterr().err

@@ -191,7 +191,7 @@ def test_what_the_machine_has_no_more_of_is_no_bug(
 
         monkeypatch.setattr("fsmkit.verify.explore.load_any", fails)
         assert execute(["check", str(path)]) == 1
-        assert "there is no more" in capsys.readouterr().err
+        assert "exhausted" in capsys.readouterr().err
 
 
 LAMP = """chart: Lamp

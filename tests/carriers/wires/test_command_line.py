@@ -109,7 +109,7 @@ def test_wires_are_shown_and_set_by_hand(
         (["set", "lam", "on"], 1, "did you mean `lamp`?"),
         (["set", "button", "on"], 1, "`button` is an input"),
         (["set", "lamp"], 2, "set NAME VALUE"),
-        (["show", "--from", "x"], 2, "no address"),
+        (["show", "--from", "x"], 2, "not an address"),
         (["show", "--from", "3"], 1, "cannot be mapped"),
         (["show", "--map", "missing"], 1, "cannot be mapped"),
         (["show", "--map", "short"], 1, "cannot be mapped"),
