@@ -161,7 +161,7 @@ class Operation:
 
     @property
     def default(self) -> Value | None:
-        """What it returns in tests that do not say: a listed value first, else the least one."""
+        """Its default result in tests: the first listed value, else the least one."""
         if self.result is None or self.tried:
             return self.tried[0] if self.tried else None
         return default_value(self.result)
@@ -205,7 +205,7 @@ def for_the_host(event: Event) -> tuple[bool, bool]:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """What an event becomes in an invoked machine: which one, and where its fields come from.
+    """The event of an invoked machine that an event maps to, with the sources of its fields.
 
     ``fields`` has, for each field of the event there, the position of the value here; None for a
     field that is not given.
@@ -324,9 +324,9 @@ class Chart:
     copies: tuple[CopyOf, ...] = ()
     """The copies of used charts, in document order; one within another follows it."""
     properties: tuple[DocProperty, ...] = ()
-    """What shall hold, as written; `fsmkit.system.of_one_chart` reads it."""
+    """The properties, as written; `fsmkit.system.of_one_chart` reads them."""
     environment: DocEnvironment | None = None
-    """What may come when it is explored alone, as written; None: everything."""
+    """The environment when it is explored alone, as written; None: everything."""
     sources: tuple[Source, ...] = field(default=(), compare=False, repr=False)
     """The file itself, then its bases."""
 

@@ -45,7 +45,7 @@ class Texts(Protocol):
 
 
 TEXTS: ContextVar[Texts | None] = ContextVar("texts", default=None)
-"""What stands before the disk while an editor's files are read; else nothing does."""
+"""The open files of an editor, which take precedence over the disk."""
 
 
 MOST_NESTED = 16

@@ -1,4 +1,4 @@
-"""What executable content reads and writes of the variables of a chart."""
+"""Reads and writes of a chart's variables by executable content."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NONE: Names = frozenset()
 
 @dataclass(frozen=True, slots=True)
 class Accesses:
-    """What some content does with variables.
+    """The reads and writes of some content.
 
     ``reads``: their values from before may be read. ``certain``: they are written, whole, whatever
     happens. ``written``: they may be, or parts of them.
@@ -41,7 +41,7 @@ class Accesses:
 
 
 def accesses(block: Block, fields: Names = NONE) -> Accesses:
-    """Return what a block does; ``fields`` of the event at hand can be read without fail."""
+    """Return what a block does; ``fields`` of the current event can be read without fail."""
     scan = _Scan(fields)
     scan.block(block)
     return Accesses(frozenset(scan.reads), frozenset(scan.certain), frozenset(scan.touched))

@@ -1,4 +1,4 @@
-"""What evaluating and executing may do besides their task: fail, change, be noticed.
+"""Effects of evaluation and execution: failures, changes, and effects that the host notices.
 
 What is said of a node of a chart holds of all that is below it; a tuple of nodes is one, too.
 """
@@ -123,7 +123,7 @@ def reads_event(node: object) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Outcomes:
-    """What may happen in a node, all of it found in one walk."""
+    """The possible effects of a node, collected in one walk."""
 
     facts: int
 
@@ -153,7 +153,7 @@ class Outcomes:
 
     @property
     def reads_event_name(self) -> bool:
-        """Whether the name or the type of the event at hand occurs."""
+        """Whether the name or the type of the current event occurs."""
         return bool(self.facts & READS_NAME)
 
 

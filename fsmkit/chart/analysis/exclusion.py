@@ -1,4 +1,4 @@
-"""What conditions decide by their form alone: whether two can hold at once, how one always ends."""
+"""Facts about conditions from their form alone: exclusion of two, and constant results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which events go between a machine and its host."""
+"""The events that a machine and its host exchange."""
 
 from __future__ import annotations
 

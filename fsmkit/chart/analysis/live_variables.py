@@ -1,4 +1,4 @@
-"""Which data of a chart can still be read: live-variable analysis over its atomic states.
+"""Live-variable analysis over the atomic states of a chart.
 
 A variable is *live* in a configuration if on some way from there it is read before it is surely
 written; else it is *dead*, and two states that differ in it only have the same future (Bozga,
@@ -78,7 +78,7 @@ def _propagate(live: dict[int, set[str]], ways: list[_Way]) -> None:
 
 
 class _Tree:
-    """What leaving, taking and entering reads and writes."""
+    """The reads and writes of exits, transition content and entries."""
 
     def __init__(self, chart: Chart, names: Names) -> None:
         self.chart, self.names = chart, names

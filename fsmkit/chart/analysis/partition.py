@@ -31,7 +31,7 @@ So both state spaces are bisimilar: they have the same verdicts, and reach the s
 values that nothing tells apart. A step that only exchanges equal values leads, with one value of
 each, from a state to itself, and is none. A monitor looks at its inputs when they change; an
 exchange of equal values gives it one look less. Such a look does nothing, if what its eventless
-guards see is the same as before: no part of the event at hand, and nothing that fails. Where they
+guards see is the same as before: no part of the current event, and nothing that fails. Where they
 do see such things the inputs of the monitor are kept. One exception remains: a look takes a place
 in the queue of the monitor, so that an overflow of a queue that one step fills exactly is found for
 the values that are tried alone.
@@ -107,7 +107,7 @@ class Cut(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """What prevents intervals: how a value is used, and where."""
+    """The use of a value that prevents intervals, and its location."""
 
     text: str
     span: Span | None = None
@@ -244,7 +244,7 @@ class _At:
 
 @dataclass(slots=True)
 class _Ahead:
-    """What happens to a value at a place, and at all places that it leads to."""
+    """The uses of a value at a location, and at all locations that it flows to."""
 
     cuts: set[Cut]
     known: set[lang.Value]

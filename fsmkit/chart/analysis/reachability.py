@@ -1,4 +1,4 @@
-"""Which states transitions can enter, guards and events left aside."""
+"""The states that transitions can enter, ignoring guards and events."""
 
 from __future__ import annotations
 

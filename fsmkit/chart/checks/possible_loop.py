@@ -83,7 +83,7 @@ class _Search:
 
     @cached_property
     def _ways(self) -> dict[int, list[tuple[Fact, ...]]]:
-        """What must hold for each transition, by the transitions after which it is looked at."""
+        """The required condition of each transition, by the transitions before it."""
         found: dict[int, list[tuple[Fact, ...]]] = {}
         places = dict.fromkeys(map(self._place, self.all.values()))
         for place in places:

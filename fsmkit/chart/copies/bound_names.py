@@ -1,4 +1,4 @@
-"""What the names of a used chart become in one copy: its own, or those that they are bound to."""
+"""The names of a used chart in one copy: its own, or the bound ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of the copies in a chart while it is elaborated."""
+"""The copies in a chart during elaboration."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Copy:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """What more is known where content of a using state or of an exit point stands."""
+    """The additional names in content of a using state or of an exit point."""
 
     constants: Mapping[str, Literal] = field(default_factory=dict)
     exit: Mapping[str, Expr] | None = None

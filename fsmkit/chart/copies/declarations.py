@@ -1,4 +1,4 @@
-"""What copies declare in the chart around them: types, data, operations, events, capacities."""
+"""Declarations of copies in the chart around them: types, data, operations, events, capacities."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ TYPES = (EnumType, RecordType, ArrayType)
 
 @dataclass(frozen=True, slots=True)
 class Mapper:
-    """What the names of a used chart become in one copy.
+    """The names of a used chart in one copy.
 
     ``variables`` holds for each variable what is read there; ``places`` those that can be written.
     ``operations``: names of operations, or the call that stands for them with the names of their
@@ -224,7 +224,7 @@ class _Content:
         return known[function.name]
 
     def _event_field(self, node: EventField) -> Expr:
-        """Return a field of the event at hand, which may be of a narrower type here."""
+        """Return a field of the current event, which may be of a narrower type here."""
         wanted = self.mapper.type(node.type)
         kinds = {
             part.type

@@ -100,7 +100,7 @@ class Label:
 
 @dataclass(slots=True)
 class Layout:
-    """What ``dot`` laid out."""
+    """The layout by ``dot``."""
 
     clusters: dict[str, Cluster] = field(default_factory=dict)
     nodes: dict[int, Box] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Which events can be at hand where a state is entered: those of the transitions that lead there.
+"""The possible current events at the entry of a state: those of the transitions into it.
 
 An upper bound: guards are not looked at, and a history may hold anything below its parent.
 """

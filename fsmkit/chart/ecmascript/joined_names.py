@@ -1,6 +1,6 @@
-"""Names of events that a `send` joins: of the name of the event at hand, strings and numbers.
+"""Names of events that a `send` joins: of the name of the current event, strings and numbers.
 
-SCXML joins them at run time. Here an event has a number, and the names that the event at hand can
+SCXML joins them at run time. Here an event has a number, and the names that the current event can
 have are a finite set; so the joined names are one, too. A name that no descriptor of the chart
 matches is discarded when it is taken (SCXML 3.13): such an event need not exist in the chart.
 """
@@ -33,7 +33,7 @@ OWN_TARGETS = ("#_internal", "self")
 WHOLE = re.compile(r"0|[1-9]\d{0,14}")
 """A number that is written in a string as it is in an expression."""
 HOLE = "\0"
-"""Stands for the name of the event at hand where only the text around it is of interest."""
+"""Stands for the name of the current event where only the text around it is of interest."""
 
 Way = tuple[dict[str, str], str]
 """A condition for each subject that is asked, and the string that is made where they hold."""
@@ -53,7 +53,7 @@ class Join:
 
 @dataclass
 class JoinedNames:
-    """The names that the event at hand can have, and what can be joined of them."""
+    """The names that the current event can have, and what can be joined of them."""
 
     known: KnownStrings
     numbers: Mapping[str, tuple[int, ...]] = field(default_factory=dict)

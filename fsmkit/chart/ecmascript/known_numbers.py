@@ -1,4 +1,4 @@
-"""Which whole numbers each variable can hold, where they are few and known when compiling.
+"""The integers that each variable can hold, if they are few and known at compile time.
 
 A range that is declared, or the positions of arrays in loops. As part of a string a number is
 written as it is (ECMA-262, Number::toString).

@@ -1,4 +1,4 @@
-"""Which strings each variable can hold, where all of them are known when compiling.
+"""The strings that each variable can hold, if all are known at compile time.
 
 A string has no storage of its own: what is joined at run time must be one of those known here.
 """

@@ -1,4 +1,4 @@
-"""Which values each variable can hold, where they are few and all known when compiling.
+"""The values that each variable can hold, if they are few and known at compile time.
 
 Every assignment is evaluated for the values that its variables can hold, until no value is new.
 A guard or condition that is false for some of them excludes these: a counter ends at its bound.
@@ -28,7 +28,7 @@ MOST_PASSES = 2 * MOST_VALUES
 EXACT = ("int32", "symbol", "string")
 """Types that store each value of these kinds as it is."""
 Known = Mapping[str, frozenset[Value] | None]
-"""What each variable can hold, None where that is not known."""
+"""The possible values of each variable; None if unknown."""
 
 
 @dataclass(frozen=True, slots=True)

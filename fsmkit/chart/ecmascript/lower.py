@@ -4,7 +4,7 @@
 * An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
   the strings that the variable is ever given: so they are all known when compiling. The same is
   done where an assignment joins strings of variables, and where a name of an event is joined of
-  that of the event at hand.
+  that of the current event.
 * The id of what is sent is known, also where it is made; where ``_event.sendid`` is read, it goes
   with the event.
 * A variable that is asked whether it is defined has a flag, set wherever it is assigned.

@@ -9,7 +9,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.language.syntax import NameNode, Node, SyntaxFault, children, parse
 
 Change = Callable[[Node], str | None]
-"""What a node is to be spelt as; None: only its parts may be changed."""
+"""The replacement of a node; None: visit its parts."""
 
 
 class Unsuited(Exception):  # noqa: N818  (never leaves the passes)

@@ -1,7 +1,7 @@
 """Decide methods of strings when compiling, for each string that the variables in them can hold.
 
 ``s.slice(1)`` of an ``s`` that only ever is ``'up'`` or ``'down'`` becomes ``s == "up" ? "p" :
-"own"``: strings have no storage at run time. The name of the event at hand is such a variable, too.
+"own"``: strings have no storage at run time. The name of the current event is such a variable, too.
 What is no string, no finite number, or not known is left as it is, which is told.
 """
 
@@ -37,9 +37,9 @@ METHODS = (
 WORDS = re.compile(
     rf"\.(?:{'|'.join(METHODS)})(?![\w$])|(?<![\w$.])(?:{'|'.join(FUNCTIONS)})\s*\(|\]"
 )
-"""What hints at an expression that may be decided."""
+"""Texts that occur in expressions that may be decided."""
 JOINS = re.compile(r"_event\.name\s*\+|\+\s*_event\.name")
-"""What hints at the name of the event at hand as part of a string."""
+"""Texts that occur where the name of the current event is part of a string."""
 
 
 def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
@@ -63,7 +63,7 @@ def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
 def _decide_names(
     document: Document, whole: tuple[object, ...], given: InvocationContext | None
 ) -> Document:
-    """Decide methods of the name of the event at hand, where that is one of some known names.
+    """Decide methods of the name of the current event, where that is one of some known names.
 
     It is in transitions for events, and in what is entered by nothing else.
     """
@@ -101,7 +101,7 @@ def _with_event(document: Document) -> Iterator[tuple[frozenset[str], object]]:
 
 
 Sets = Callable[[str], set[str] | None]
-"""What a variable can hold, None where that is not known."""
+"""The possible values of a variable; None if unknown."""
 
 
 def _changed(

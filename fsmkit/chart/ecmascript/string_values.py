@@ -28,7 +28,7 @@ COMPARED: Mapping[str, Callable[[Any, Any], bool]] = {
     ">=": operator.ge,
 }
 AT_HAND = "_event.name"
-"""What a value of the name of the event at hand is held under."""
+"""The key for values of the current event's name."""
 BLANK = "\\t\\n\\v\\f\\r \\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000\\ufeff"
 """White space and line ends of ECMA-262 12.2 and 12.3."""
 BLANKS = re.compile(rf"\A[{BLANK}]+|[{BLANK}]+\Z")

@@ -1,4 +1,4 @@
-"""What a derived chart makes of the properties and the environment of its base.
+"""Inheritance of properties and of the environment.
 
 It inherits both. A property is replaced only where the chart says ``override: [its name]``; what
 may come from outside is what may come to the base, and what it adds, unless it says

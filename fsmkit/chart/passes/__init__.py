@@ -1,1 +1,1 @@
-"""What `elaborate` does, one verb a file: each takes a Document further towards a Chart."""
+"""The passes of `elaborate`, one verb per file: each takes a Document further towards a Chart."""

@@ -21,7 +21,7 @@ from fsmkit.language.binding.ecmascript import PROCESSOR, SEND_ID
 from fsmkit.language.statements.tree import DocSend, Raise, statements
 
 DONE = "done.session"
-"""What an invoked machine sends when it ends; its invoker knows it as ``done.invoke.id``."""
+"""The event that an invoked machine sends when it ends: ``done.invoke.id`` of its invoker."""
 ASKED_TYPE = re.compile(r"_event\s*(\.\s*type\b|\[)")
 ERRORS = ("error.execution", "error.range", "error.communication")
 
@@ -34,7 +34,7 @@ class Events:
     implied: frozenset[str] = frozenset()
     """Names of events nothing declares: their fields are read off their uses."""
     facts: Mapping[tuple[int | None, str], Mapping[str, str | None]] = field(default_factory=dict)
-    """What is known of ``_event`` when an event is handled, in ECMAScript (SCXML 5.10.1).
+    """Facts about ``_event`` when an event is handled, in ECMAScript (SCXML 5.10.1).
 
     By the invocation that it comes from, if any, and name."""
     matched: frozenset[str] = frozenset()

@@ -29,7 +29,7 @@ UNTYPED = lang.EnumType("?", ())
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What is declared, and the scope expressions are read in."""
+    """The declarations, and the scope of expressions."""
 
     scope: lang.Scope
     data: tuple[Data, ...] = ()

@@ -19,7 +19,7 @@ class Context:
     """Where a block stands: what its names mean, and what becomes of an error.
 
     In a ``lenient`` dialect content that cannot be evaluated is ``error.execution`` at run time,
-    and a warning now; ``scope.event_fields`` tells the event at hand.
+    and a warning now; ``scope.event_fields`` tells the current event.
     """
 
     scope: Scope
@@ -27,7 +27,7 @@ class Context:
     findings: Findings
     lenient: bool
     replies: tuple[Type, ...] = ()
-    """What ``reply`` may answer: the declared answers of the events that can be at hand."""
+    """The declared answers of the possible current events, for ``reply``."""
     invoked: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     """The invocations that are reached under a target."""
     invoker: frozenset[str] = frozenset()

@@ -90,7 +90,7 @@ class _Uses:
     hints: dict[str, lang.Type] = field(default_factory=dict)
     """The types of variables that only their uses tell."""
     scopes: dict[tuple[int, ...], lang.Scope] = field(default_factory=dict)
-    """By the events at hand, until more is known."""
+    """By the current events, until more is known."""
 
     def known(self) -> tuple[object, ...]:
         """Return all that was found so far."""

@@ -42,7 +42,7 @@ class Tree:
     points: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     """Entry points of copies, by dotted names, with what they enter."""
     constants: Mapping[str, Literal] = field(default_factory=dict)
-    """What may be the index of an array of copies."""
+    """Possible indices of an array of copies."""
 
     @cached_property
     def index(self) -> dict[str, int]:

@@ -24,7 +24,7 @@ JOINING = ("&&", "||")
 PAYLOAD = "_event.data"
 """A payload that is one value, as it is read."""
 EVENT = "_event"
-"""What every read of an event has in its text."""
+"""Texts that every read of an event contains."""
 
 
 @dataclass(frozen=True, slots=True)

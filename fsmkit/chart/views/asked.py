@@ -1,4 +1,4 @@
-"""What a chart says shall hold of it, and may come to it, as texts."""
+"""The properties and the environment of a chart, as texts."""
 
 from __future__ import annotations
 
