@@ -385,7 +385,7 @@ def report_unconnected(
         if dry:
             findings.add(
                 "unconnected-input",
-                f"nothing drives {_format_names(dry)} of `{machine.name}`: the start value stays",
+                f"nothing drives {format_names(dry)} of `{machine.name}`: the start value stays",
                 machine.span,
                 help=f"name it: `may: [{dry[0]}]`"
                 if is_alone
@@ -400,7 +400,7 @@ def report_unconnected(
         if silent:
             findings.add(
                 "unconnected-event",
-                f"nothing sends {_format_names(silent)} to `{machine.name}`: it never comes",
+                f"nothing sends {format_names(silent)} to `{machine.name}`: it never comes",
                 machine.span,
                 help="name it under `environment`"
                 if is_alone
@@ -418,7 +418,7 @@ def _fix_allowing(machine: Machine, names: Iterable[str], *, is_alone: bool) -> 
         return ()
     items = [name if is_alone else f"{machine.name}.{name}" for name in names]
     edits = add_nested_items(machine.span.source, "environment", "may", items)
-    return (Fix(f"Name {_format_names(items)} under `may`", edits),) if edits else ()
+    return (Fix(f"Name {format_names(items)} under `may`", edits),) if edits else ()
 
 
 def _awaited_events(chart: Chart) -> Iterator[Event]:
@@ -433,5 +433,6 @@ def _awaited_events(chart: Chart) -> Iterator[Event]:
             yield event
 
 
-def _format_names(names: list[str]) -> str:
+def format_names(names: Iterable[str]) -> str:
+    """Return names in backticks, separated by commas."""
     return ", ".join(f"`{name}`" for name in names)

@@ -6,10 +6,11 @@ host takes the place of their connections.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import Findings
+from fsmkit.system.connections import format_names
 from fsmkit.system.machine import EventLink, InputLink, port_name
 from fsmkit.system.system import System, part_of
 
@@ -45,7 +46,7 @@ def without_world(system: System, findings: Findings) -> WithoutWorld:
     gone = [machine for machine in system.machines if machine.environment]
     findings.add(
         "world-left-out",
-        f"no code is written of {_format_names(m.name for m in gone)}, of the environment",
+        f"no code is written of {format_names(m.name for m in gone)}, of the environment",
         gone[0].span,
         help="; ".join(_host_replacements(system, frozenset(here)))
         or "nothing connects it with the others",
@@ -78,7 +79,7 @@ def _host_replacements(system: System, kept: frozenset[int]) -> Iterator[str]:
         ("it reads", read),
     ):
         if names:
-            yield f"{verb} {_format_names(dict.fromkeys(names))}"
+            yield f"{verb} {format_names(dict.fromkeys(names))}"
 
 
 def _port(system: System, link: EventLink) -> str:
@@ -96,7 +97,3 @@ def _variable(system: System, link: InputLink, kept: frozenset[int]) -> Iterator
         yield f"{machine.name}.{variables[place].name}"
     elif place - len(variables) < len(machine.shared):
         yield f"{machine.name}.{machine.shared[place - len(variables)].name}"
-
-
-def _format_names(names: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in names)

@@ -19,6 +19,7 @@ from fsmkit.language import Scope, read_duration
 from fsmkit.language.units import duration_text
 from fsmkit.plugins import plugins
 from fsmkit.system.channels import without_channels
+from fsmkit.system.connections import tick_of
 from fsmkit.system.deployment.addresses import (
     endpoints_of,
     health_of,
@@ -178,7 +179,7 @@ def deployment_of(
         texts,
         {} if carrier is None else _tables(options, carrier),
         _every(options.get("every"), findings),
-        None if system.schedule is None else system.schedule.period * tick_of(system),
+        None if system.schedule is None else system.schedule.period * tick_of(system.machines),
     )
     network = None if carrier is None else carrier.read(request, findings)
     networks: dict[int, ForeignNetwork] = {}
@@ -220,11 +221,6 @@ def _foreign_networks(
                 if joined is not None:
                     found[place] = joined
         yield name, found
-
-
-def tick_of(system: System) -> int:
-    """Return the tick of a system in microseconds; it is the same for all machines."""
-    return system.machines[0].chart.capacities.tick
 
 
 def _carrier_of(
@@ -352,7 +348,7 @@ def _report_freezes(
                 span,
                 help="give it the same machines in both files, or another name under `freezes`",
             )
-        most = freezer.within[1] * tick_of(system)
+        most = freezer.within[1] * tick_of(system.machines)
         if freezer.silent and foreign[place] is None and most < 1000 * watchdog:
             findings.add(
                 "broken-deployment",
