@@ -335,7 +335,7 @@ WRONG = {
         "connection-mismatch",
         "frozen itself",
     ),
-    "node: {machines: [press], continues: 0ms}": ("bad-delay", "takes some time"),
+    "node: {machines: [press], continues: 0ms}": ("bad-delay", "must be positive"),
     "node: {machines: [press], continues: 1ms..2ms}": ("expression-syntax", ""),
     "node: {machines: [press], silent: [robot.press_lost], within: 20ms..10ms}": (
         "bad-delay",

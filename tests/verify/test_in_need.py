@@ -140,7 +140,7 @@ def test_an_explorer_without_memory_leaves_it_undecided(
     ("script", "said"),
     [
         ("kill -9 $$", "ended by SIGKILL"),
-        ("exit 0", "made no program"),
+        ("exit 0", "wrote no program"),
         ("echo 'x.c: error: No space left on device' >&2; exit 1", "No space left"),
     ],
 )

@@ -83,7 +83,7 @@ def test_the_chart_of_a_node_is_what_the_documents_show(
 def test_options_of_a_bus_are_refused_elsewhere(capsys: pytest.CaptureFixture[str]) -> None:
     chart = "machines/production_cell/feeder.yaml"
     assert execute(["convert", chart, "--to", "scxml", "--node", "x"]) == 2
-    assert "is no DBC file" in capsys.readouterr().err
+    assert "is not a DBC file" in capsys.readouterr().err
 
 
 def random_file(seed: int) -> str:
@@ -156,7 +156,7 @@ def test_values_and_refusals_are_those_of_cantools(seed: int) -> None:
         (HEAD + 'BO_ 256 a: 2 A\n SG_ b : 0|8@1+ (1,0) [0|0] "" B\n'
          ' SG_ c : 4|8@1+ (1,0) [0|0] "" B\n', "overlapping", "c"),
         (HEAD + 'BO_ 256 a: 1 A\n SG_ b : 0|8@1+ (0,0) [0|0] "" B\n', "factor 0", "b"),
-        (HEAD + 'BO_ 256 a: 1 A\n SG_ b : 0|8@1+ (0.1,0.05) [0|0] "" B\n', "no multiple", "b"),
+        (HEAD + 'BO_ 256 a: 1 A\n SG_ b : 0|8@1+ (0.1,0.05) [0|0] "" B\n', "not a multiple", "b"),
         (HEAD + 'BO_ 256 a: 1 A\n SG_ b : 0|8@1+ (1,0) [300|400] "" B\n', "no value", "b"),
         (HEAD + 'BO_ 256 a: 1 A\n SG_ b : 0|8@1+ (1,0) [9|4] "" B\n', "no value", "b"),
         (HEAD + 'BO_ 256 a: 1 A\n SG_ b : 0|8@1+ (1,0) [0|0] "" B\nBO_ 256 c: 1 A\n',

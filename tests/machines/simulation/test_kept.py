@@ -79,7 +79,7 @@ def test_a_board_that_always_fails_ends_the_run(tmp_path: Path) -> None:
     ("change", "said"),
     [
         ({"pace": Pace()}, "--kept needs --hz"),
-        ({"boards": (Program("a", ("x",), (Path("x"), Path("y"))),)}, "leave out --registers"),
+        ({"boards": (Program("a", ("x",), (Path("x"), Path("y"))),)}, "remove --registers"),
     ],
 )
 def test_runs_that_supervisord_cannot_keep(

@@ -230,7 +230,7 @@ def test_goes_on_after_a_rank_died(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ('{"identity": "another", "ranks": 2}', "of another system"),
+        ('{"identity": "another", "ranks": 2}', "another system"),
         ("[]", "cannot be read"),
         ("{", "cannot be read"),
     ],
