@@ -78,7 +78,7 @@ def test_every_target_returns_the_same_results(
     [
         ("speed returns", "the result of `speed` needs a value of type `0..24000`"),
         ("speed returns 24001", "the result of `speed` is outside `0..24000`: 24001"),
-        ("speed returns 1, x", "the result of `speed` is `0..24000`: `x` is no number of it"),
+        ("speed returns 1, x", "the result of `speed` is `0..24000`: `x` is not a valid number"),
         ("sped returns 1", "there is no operation with a result `sped`"),
         ("stop returns 1", "the operation `stop` returns nothing"),
     ],

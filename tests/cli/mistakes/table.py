@@ -463,7 +463,7 @@ TIMES = {
         "-1s", "`-` does not apply to `duration`", "no duration is negative: remove the sign"
     ),
     "a time that is too fine": delay(
-        "0.0001ms", "is no whole number of ticks of 1ms", "or make the tick finer"
+        "0.0001ms", "is not a whole number of ticks of 1ms", "or make the tick finer"
     ),
 }
 
@@ -795,7 +795,7 @@ OTHERS = {
         "post set", "post sett", "there is no event `sett`", "did you mean `set`?"
     ),
     "tests: a field of another name": suite(
-        "v=3", "w=3", "`v` of `set` is `0..9`: `w=3` is no number of it", "write `set v=0`"
+        "v=3", "w=3", "`v` of `set` is `0..9`: `w=3` is not a valid number", "write `set v=0`"
     ),
     "tests: a state under another key": suite(
         "{in: c}", "{state: c}", "an expectation has no key `state`", "did you mean `in`?"
@@ -807,7 +807,7 @@ OTHERS = {
         "{in: c}", "{in: cc}", "there is no state `cc`", "did you mean `c`?"
     ),
     "tests: an input that is assigned": suite(
-        "wait 4s", "set temp = 5", "`temp` is `0..1000`: `=` is no number of it", "write `set temp"
+        "wait 4s", "set temp = 5", "`=` is not a valid number", "write `set temp"
     ),
     "binding: a misspelt operation": binding(
         "motor: motor_turn", "moter: m", "the chart has no operation `moter`", "mean `motor`?"

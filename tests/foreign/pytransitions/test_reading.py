@@ -449,7 +449,7 @@ def test_a_dictionary_can_be_named(here: Path) -> None:
     ("reference", "message"),
     [
         ("door_of_tests:none", "`door_of_tests` has no `none`"),
-        ("door_of_tests:number", "is a int, not a machine"),
+        ("door_of_tests:number", "is a int, no machine"),
         ("nowhere_of_tests:machine", "No module named"),
         ("nowhere.py:machine", "cannot import"),
         ("broken_of_tests:machine", "ZeroDivisionError: division by zero, in "),
