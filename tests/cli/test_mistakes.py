@@ -149,7 +149,7 @@ def test_time_to_wait_has_a_unit(tmp_path: Path, capsys: pytest.CaptureFixture[s
     chart = tmp_path / "set.yaml"
     chart.write_text(SET, encoding="utf-8")
     assert execute(["run", str(chart), "--events", "wait 5sec"]) == 1
-    assert "`sec` is no unit; units are us, ms, s, m, h, d" in capsys.readouterr().err
+    assert "`sec` is not a unit; units are us, ms, s, m, h, d" in capsys.readouterr().err
     assert execute(["run", str(chart), "--events", "wait 1d"]) == 0
 
 

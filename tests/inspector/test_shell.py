@@ -247,7 +247,7 @@ def test_what_was_done_is_saved_as_a_test_that_passes(gate_shell: Typing) -> Non
         ("set blocked", "an input and its value", "set INPUT VALUE"),
         ("set blocked maybe", "neither `true` nor `false`", ""),
         ("set blocked true false", "one word too many", ""),
-        ("fault code=jamm", "no member of `Fault`", ""),
+        ("fault code=jamm", "not a member of `Fault`", ""),
         ("fault", "needs a value", ""),
         ("open 3", "does not take `3`", ""),
         ("wait", "the time to wait", "wait 500ms"),

@@ -69,10 +69,10 @@ def test_reading_and_writing(type_: lang.Type, text: str, value: lang.Value) -> 
     [
         (lang.BOOL, "2", "neither"),
         (lang.IntType(0, 3), "4", "outside"),
-        (lang.IntType(0, 3), "x", "no number"),
-        (lang.FLOAT64, "x", "no number"),
+        (lang.IntType(0, 3), "x", "not a valid number"),
+        (lang.FLOAT64, "x", "not a valid number"),
         (MODE, "maybe", "off, on"),
-        (MODE, "2", "no member"),
+        (MODE, "2", "not a member"),
         (lang.DURATION, "15us", "whole number of ticks"),
         (lang.ArrayType(lang.BOOL, 2), "1 0", "write its values"),
         (lang.ArrayType(lang.BOOL, 2), "[1", "needs a value"),

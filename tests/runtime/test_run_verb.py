@@ -97,10 +97,10 @@ def test_conversation(
     [
         ("opn", "did you mean `open`"),
         ("open", "`why` of `open` needs a value"),
-        ("open fire", "no member of `Why`"),
+        ("open fire", "not a member of `Why`"),
         ("open hand 3", "does not take `3`"),
         ("set lock 1", "did you mean `locked`"),
-        ("wait", "no duration"),
+        ("wait", "not a duration"),
         ("wait 1.5us", "finer"),
     ],
 )

@@ -124,8 +124,8 @@ def project(was: str, wrong: str, cause: str, way_out: str) -> Mistake:
     return Mistake("fsmkit.toml", (was, wrong), None, cause, way_out)
 
 
-NO_UNIT = "is no unit; units are us, ms, s, m, h, d"
-NO_XML = "this is no XML: "
+NO_UNIT = "is not a unit; units are us, ms, s, m, h, d"
+NO_XML = "this is not XML: "
 
 LAYOUT = {
     "a blank too many before a key": Mistake(
@@ -207,7 +207,7 @@ LAYOUT = {
     "a bracket is not closed": key(
         ("do: n = event.v}", "do: n = event.v"),
         ("</state>\n</scxml>", "</scxml>"),
-        ("this `{` is not closed", "`</scxml>` stands where `<state>` is still open"),
+        ("this `{` is not closed", "`</scxml>` is found while `<state>` is still open"),
         ("close it with `}` at the end of its line", "close it before: `</state>`"),
     ),
     "a quote is not closed": key(
@@ -242,7 +242,7 @@ LAYOUT = {
     ),
     "an ampersand": markup(
         ('cond="event.v > 2"', 'cond="ok && n > 2"'),
-        f"{NO_XML}`&` begins the name of a character",
+        f"{NO_XML}`&` starts the name of a character",
         "write `&amp;`, or in an expression `and`",
     ),
     "a prefix is not declared": markup(
@@ -260,7 +260,7 @@ LAYOUT = {
     ),
     "tags crossed": markup(
         ("</onentry>\n    <transition", "</transition>\n    <transition"),
-        "`</transition>` stands where `<onentry>` is still open",
+        "`</transition>` is found while `<onentry>` is still open",
         "close it before: `</onentry>`",
     ),
 }
@@ -287,7 +287,7 @@ KEYS = {
     "a key in capitals": key(
         ("states:\n  a:", "States:\n  a:"),
         ("<onexit>", "<onExit>"),
-        ("a chart has no key `States`", "`</onexit>` stands where `<onExit>` is still open"),
+        ("a chart has no key `States`", "`</onexit>` is found while `<onExit>` is still open"),
         ("did you mean `states`?", "close it before: `</onExit>`, or correct the name"),
     ),
     "variables of another tool": key(
@@ -341,7 +341,7 @@ KEYS = {
     "an entry action of another tool": key(
         ("        entry: fault", "        onEnter: fault"),
         ("<onexit>", "<exit>"),
-        ("state `d` has no key `onEnter`", "`</onexit>` stands where `<exit>` is still open"),
+        ("state `d` has no key `onEnter`", "`</onexit>` is found while `<exit>` is still open"),
         ("did you mean `entry`?", "or correct the name"),
     ),
     "a timeout of another tool": key(
@@ -460,7 +460,7 @@ TIMES = {
     "a time of a clock": delay("00:05", "`:` is not expected here", "a number with a unit"),
     "a decimal comma": delay("1,5s", "`,` is not expected here", "write a point: `1.5`"),
     "a negative time": delay(
-        "-1s", "`-` does not apply to `duration`", "no duration is negative: remove the sign"
+        "-1s", "`-` does not apply to `duration`", "a duration is never negative: remove the sign"
     ),
     "a time that is too fine": delay(
         "0.0001ms", "is not a whole number of ticks of 1ms", "or make the tick finer"
@@ -555,7 +555,7 @@ EXPRESSIONS = {
         "0 < n < 5", "a comparison of a comparison", "join two comparisons with `and`"
     ),
     "a number as a condition": guard(
-        "n", "`0..9` where `bool` is expected", "write the comparison that is meant"
+        "n", "`0..9` where `bool` is expected", "write a comparison, such as `!= 0`"
     ),
     "a member as a condition": guard(
         "fault", "`Fault` where `bool` is expected", "compare it with a member: `== Fault.none`"
@@ -575,10 +575,8 @@ EXPRESSIONS = {
     "a state that is not there": guard(
         "In(nowhere)", "unknown state `nowhere`", "name a state of this chart"
     ),
-    "a state as a value": guard("c", "`c` is a state", "ask whether it is active: `In(c)`"),
-    "an event as a value": guard(
-        "go", "`go` is an event, and no value", "let a transition take it"
-    ),
+    "a state as a value": guard("c", "`c` is a state", "test whether it is active: `In(c)`"),
+    "an event as a value": guard("go", "`go` is an event, not a value", "let a transition take it"),
     "an operation as a value": guard("motor", "`motor` is an operation", "call it: `motor(...)`"),
     "a list of values": guard("n in [1, 2]", "`in` is outside the language", "with each value"),
     "an operand is missing": guard(
@@ -610,7 +608,7 @@ STATEMENTS = {
     "a number and a member added": content(
         "n = 100 + fault", "a number and a `Fault` cannot be added", "`int(fault)`"
     ),
-    "a comparison as a statement": content("n == 3", "this is no statement", "assign with `=`"),
+    "a comparison as a statement": content("n == 3", "this is not a statement", "assign with `=`"),
     "an assignment of Pascal": content("n := 3", "`:` is not expected here", "assign with `=`"),
     "a comma between statements": content(
         "n = 3, ok = true", "`,` is not expected here", "separate statements with `;`"
@@ -639,7 +637,7 @@ STATEMENTS = {
     "a record as a whole": content(
         "job = 3", "the number 3 where `Job` is expected", "assign its fields one by one"
     ),
-    "a call without parentheses": content("motor", "this is no statement", "call it: `motor()`"),
+    "a call without parentheses": content("motor", "this is not a statement", "call it: `motor()`"),
     "a misspelt operation": content(
         "moter(1)", "unknown operation `moter`", "did you mean `motor`?"
     ),
@@ -846,7 +844,7 @@ OTHERS = {
         '"60s"', "60", "`timeout` must be a text", 'write `timeout = "30s"`'
     ),
     "project: a text without quotes": project(
-        '"off"', "off", "this is not TOML", "stands in quotes"
+        '"off"', "off", "this is not TOML", "put a text in quotes"
     ),
 }
 

@@ -15,6 +15,7 @@ import yaml
 
 import fsmkit
 from fsmkit.cli import execute
+from fsmkit.cli.common.result_schemas import RESULTS
 from fsmkit.editor.schemas import FOLDER, KINDS, schema_of, text_of
 
 ROOT = Path(__file__).parents[3]
@@ -125,14 +126,15 @@ def test_the_project_of_the_reference_is_valid() -> None:
 def test_a_schema_is_printed_or_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert execute(["schema"]) == 0
     listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
-    assert listed == sorted(KINDS)
+    names = [*sorted(KINDS), *(f"{verb}-result" for verb in sorted(RESULTS))]
+    assert listed == names
     assert execute(["schema", "chart"]) == 0
     assert json.loads(capsys.readouterr().out)["title"] == "A statechart of fsmkit"
     assert execute(["schema", "tests", "--out", str(tmp_path / "a" / "t.json")]) == 0
     assert json.loads((tmp_path / "a" / "t.json").read_text())["required"] == ["tests", "cases"]
     capsys.readouterr()
     assert execute(["schema", "--json"]) == 0
-    assert set(json.loads(capsys.readouterr().out)["kinds"]) == set(KINDS)
+    assert set(json.loads(capsys.readouterr().out)["kinds"]) == set(names)
     assert execute(["schema", "sistem"]) == 2
     assert "did you mean `system`?" in capsys.readouterr().err
     assert execute(["schema", "--out", "x"]) == 2

@@ -31,7 +31,7 @@ def test_each_trace_has_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[s
     names = {path.name for path in folder.iterdir()}
     assert {f"drive_{p}.{s}" for p in ("never_twice", "done") for s in ("svg", "mmd")} <= names
     shown = texts(folder / "drive_never_twice.svg")
-    assert "violated: never_twice: driver.tries == 2" in shown
+    assert "violated: never_twice: never: driver.tries == 2" in shown
     assert {"driver", "axis", "outside", "400ms", "800ms", "move(slow = true)"} <= set(shown)
     assert "wrote" in capsys.readouterr().out
     assert "move(slow = true)" in (folder / "drive_never_twice.puml").read_text()
