@@ -1,1 +1,1 @@
-"""What writes machines: a Plan in, files out; a folder for each target."""
+"""Generators: each folder turns a Plan into the files of one target."""

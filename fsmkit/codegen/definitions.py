@@ -1,4 +1,4 @@
-"""Printed definitions: those that no other reaches are omitted."""
+"""Printed definitions, of which unreferenced ones are omitted."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Protocol
 
 
 class Definition(Protocol):
-    """A definition that is linked by its name to those in which the name stands."""
+    """A definition, and the links to it by its name."""
 
     @property
     def name(self) -> str | None:
-        """The name that it defines; None if no other definition refers to it."""
+        """The name that it defines, or None if no other definition refers to it."""
 
     @property
     def names(self) -> AbstractSet[str]:

@@ -14,7 +14,7 @@ from typing import Any, cast
 import pytest
 
 from fsmkit.codegen.python.expressions import Printer
-from fsmkit.codegen.python.linking import spelt
+from fsmkit.codegen.python.linking import resolve_links
 from fsmkit.diagnostics import Findings, Source, Span, Text
 from fsmkit.language import INT32, Expr, Scope, Storage, type_expression
 from fsmkit.runtime.python import arithmetic
@@ -47,7 +47,7 @@ def computed(text: str) -> Callable[[int, int, int], int]:
     """Return an expression as the target `python` prints it, as a function."""
     names = cast("Any", SimpleNamespace(constant=lambda *_: None))
     printer = Printer(names, parameters={name: name for name in "xyz"})
-    source = f"lambda x, y, z: {spelt(printer.print(typed(text)))}"
+    source = f"lambda x, y, z: {resolve_links(printer.print(typed(text)))}"
     return cast("Callable[[int, int, int], int]", eval(source, vars(arithmetic).copy()))
 
 

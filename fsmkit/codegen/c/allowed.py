@@ -1,4 +1,4 @@
-"""What a build with FSM_CHECKED asks of an event before it takes it."""
+"""Checks of an event in a build with FSM_CHECKED, before the machine accepts it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.language import ArrayType, BoolType, EnumType, FloatType, RecordType
 
 
 def print_allowed(out: Unit, names: Names) -> None:
-    """Print the test whether an event is known, and what it carries in its declared ranges."""
+    """Print the test that an event is known and that its payload is within the declared ranges."""
     p = names.own
     out.define("is_allowed")
     out.line("#ifdef FSM_CHECKED")
@@ -40,17 +40,17 @@ def print_allowed(out: Unit, names: Names) -> None:
 
 
 def _all(tests: Sequence[str]) -> str:
-    """Return the condition that all of some hold."""
+    """Return the conjunction of tests."""
     return " && ".join(tests) or "true"
 
 
 def _any(tests: Iterable[str]) -> str:
-    """Return the condition that one of some holds."""
+    """Return the disjunction of tests."""
     return f"({' || '.join(tests)})"
 
 
 def _tests(names: Names, type_: Type, place: str, depth: int) -> tuple[list[str], list[str]]:
-    """Return whether a value is one of its type: loops that return false, and conditions."""
+    """Return the tests that a value is within its type: loops that return false, and conditions."""
     match type_:
         case ArrayType(element, length):
             at = f"i{depth}"

@@ -1,4 +1,4 @@
-"""Names in C that a binding chooses, in place of those made of the chart's."""
+"""Names in C that a binding chooses, in place of names derived from the chart's."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from fsmkit.emit import plain, snake
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """The choice of a binding; without one every name is made of the chart's."""
+    """The names that a binding chooses. Without a binding every name is derived from the chart."""
 
     binding: Binding | None = None
 
     @property
     def exports_constants(self) -> bool:
-        """Whether constants of the chart have names in C at all."""
+        """Whether the header exports constants of the chart."""
         return self.binding is None or self.binding.exports is not Exports.NONE
 
     def whole(self, kind: str, name: str) -> str | None:
-        """Return the whole identifier of something; None where it is made of its name."""
+        """Return the whole identifier that the binding chooses, or None if it is derived."""
         return None if self.binding is None else self.binding.chosen(kind, plain(name))
 
     def word(self, kind: str, name: str) -> str:
-        """Return the word that identifiers are made of: by default the name in the chart."""
+        """Return the word that identifiers contain: by default the name in the chart."""
         return self.whole(kind, name) or name
 
     def behind(self, prefix: str, kind: str, name: str) -> str:
-        """Return what follows the prefix of the machine in an identifier."""
+        """Return the part of an identifier that follows the prefix of the machine."""
         found = self.whole(kind, name)
         return snake(name) if found is None else found.removeprefix(f"{prefix}_")
 
     def is_chosen(self, kind: str, name: str) -> bool:
-        """Whether the binding chose the name of something that a header declares."""
+        """Whether the binding chose this name, which a header declares."""
         if self.binding is None:
             return False
         name = plain(name)
@@ -44,4 +44,4 @@ class Chosen:
 
 
 MADE = Chosen()
-"""Every name is made of the chart's."""
+"""No choice: every name is derived from the chart's."""

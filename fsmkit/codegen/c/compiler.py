@@ -1,4 +1,4 @@
-"""The C compiler of this machine."""
+"""The C compiler of this computer."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ QUICKEST = ("clang", "cc", "gcc")
 
 
 def find_compiler(candidates: Sequence[str] = CANDIDATES) -> list[str]:
-    """Return the command of the C compiler: ``$CC``, else the first candidate there is."""
+    """Return the command of the C compiler: ``$CC``, else the first installed candidate."""
     chosen = os.environ.get("CC", "").strip()
     for candidate in [chosen] if chosen else candidates:
         words = shlex.split(candidate)
@@ -37,7 +37,7 @@ def compile_c(
     *,
     compiler: Sequence[str] = (),
 ) -> None:
-    """Run the compiler in a folder; what it says against generated code is a bug of ours.
+    """Run the compiler in a folder. A diagnostic for generated code is a bug of fsmkit.
 
     ``compiler``: its command, for instance of a cross compiler; by default `find_compiler`.
     """
@@ -46,6 +46,6 @@ def compile_c(
     if done.returncode != 0:
         shown = "\n".join(done.stderr.splitlines()[:20])
         raise fail(
-            "c-compiler-failed", f"`{command[0]}` refused the generated code:\n{shown}",
+            "c-compiler-failed", f"`{command[0]}` rejected the generated code:\n{shown}",
             help="this is a bug of fsmkit, unless the compiler knows no C99: please report it",
         )  # fmt: skip

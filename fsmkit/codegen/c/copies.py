@@ -1,8 +1,8 @@
 """The variables of copies of a used chart, as members of a struct: ``m->data.left.tries``.
 
-Copies of one chart share the type of the struct, so that a function of the host can take a pointer
-to the data of any of them. An array of copies is an array of structs. Where copies differ in the
-types of their members, since their constants do, each such kind has a type of its own.
+Copies of one chart share the type of the struct. A function of the host can therefore take a
+pointer to the data of any copy. An array of copies is an array of structs. Copies whose constants
+lead to other member types have a struct type of their own.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from fsmkit.emit import Namer, snake
 from fsmkit.language import Type
 
 Shape = tuple[object, ...]
-"""What two structs have alike that have one type."""
+"""The structural key of a struct: equal keys share one type."""
 
 
 Step = tuple[str, int | None]
-"""A member, and its index where it is an array."""
+"""A member, and its index within an array."""
 MemberPath = tuple[Step, ...]
 """The path from the machine's struct to a variable: the group, then member by member."""
 
 
 def member_path(path: MemberPath) -> str:
-    """Return a path as C has it, without the machine."""
+    """Return a path in C syntax, relative to the machine."""
     return ".".join(name if index is None else f"{name}[{index}]" for name, index in path)
 
 
@@ -39,12 +39,12 @@ class Part:
     variable: Data | None = None
     struct: Struct | None = None
     count: int = 0
-    """Elements of an array of structs, 0 for a single one."""
+    """The number of elements of an array of structs, 0 for a single one."""
 
 
 @dataclass(slots=True)
 class Struct:
-    """A type of a struct."""
+    """A struct type."""
 
     name: str
     parts: tuple[Part, ...]
@@ -52,7 +52,7 @@ class Struct:
 
 @dataclass
 class _Node:
-    """What lies in a copy: its own variables by their names there, and copies in it."""
+    """The content of a copy: its variables by their names there, and the copies in it."""
 
     chart: str = ""
     variables: dict[str, Data] = field(default_factory=dict)
@@ -60,31 +60,31 @@ class _Node:
 
     @property
     def is_array(self) -> bool:
-        """Whether this stands for all copies of an array, which are in it by their index."""
+        """Whether the node represents an array of copies, which it holds by their index."""
         return bool(self.inner) and all(name.isdecimal() for name in self.inner)
 
 
 @dataclass
 class Structs:
-    """The structs of one machine, in the order in which C wants them."""
+    """The structs of one machine, in the order of declaration."""
 
     prefix: str
     records: Mapping[str, str]
     types: Namer
     found: dict[Shape, Struct] = field(default_factory=dict)
     members: dict[str, list[Part]] = field(default_factory=dict)
-    """By group: the members of it that hold copies."""
+    """By group: the members that hold copies."""
     paths: dict[str, MemberPath] = field(default_factory=dict)
     """By variable: its path."""
     copied: frozenset[str] = frozenset()
 
     @property
     def all(self) -> tuple[Struct, ...]:
-        """Every struct, each before those that hold it."""
+        """All structs, each before those that contain it."""
         return tuple(self.found.values())
 
     def add(self, group: str, chart: Chart, variables: Iterable[Data]) -> None:
-        """Sort the variables of copies in a group of the machine into structs."""
+        """Assign the variables of copies in a group of the machine to structs."""
         root = _tree(chart, {data.name: data for data in variables})
         suffix = "" if group == "data" else f"_{group}"
         members = [
@@ -96,7 +96,7 @@ class Structs:
             self.members[group] = members
 
     def struct_at(self, path: MemberPath) -> str | None:
-        """Return the C type of the struct of copies to which a path leads, None for none."""
+        """Return the C type of the struct of copies at the end of a path, or None."""
         (group, _), *steps = path
         parts: Iterable[Part] = self.members.get(group, ())
         struct: Struct | None = None
@@ -107,7 +107,7 @@ class Structs:
         return None if struct is None else struct.name
 
     def _parts(self, name: str, node: _Node, path: MemberPath, suffix: str) -> Iterator[Part]:
-        """Yield the member that holds a copy; of an array that cannot be one, one for each."""
+        """Yield the member for a copy; copies that cannot form an array yield one member each."""
         member = unreserved(name)
         if not node.is_array:
             yield Part(member, struct=self._struct(node, (*path, (member, None)), name, suffix))
@@ -164,7 +164,7 @@ def _tree(chart: Chart, variables: Mapping[str, Data]) -> _Node:
 
 
 def structs_of(chart: Chart, prefix: str, records: Mapping[str, str], types: Namer) -> Structs:
-    """Return the structs of a machine; ``types``: the names that types and functions have."""
+    """Return the structs of a machine; ``types``: the names of types and functions."""
     found = Structs(prefix, records, types)
     for group, of in (("in", chart.inputs), ("out", chart.outputs), ("data", chart.data)):
         found.add(group, chart, of)

@@ -1,7 +1,7 @@
-"""Counters of what tests reach, in the C of a machine: the part `coverage`.
+"""The part `coverage` of a machine in C: counters of what tests reach.
 
-`plan.counting` says what is counted where. Names of what is private begin with ``fsm_``, so that
-nothing of a chart is called otherwise with this part than without.
+`plan.counting` defines the counters. Private names start with ``fsm_``, so that the part changes no
+name of the chart.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from fsmkit.plan.fingerprint import fingerprint
 
 PART = "coverage"
 DIGITS = 16
-"""Of the fingerprint, as `coverage` writes it."""
+"""The digits of the fingerprint, in the format of `coverage`."""
 
 
 def is_counted(names: Names) -> bool:
-    """Whether a machine has the part."""
+    """Whether a machine counts coverage."""
     return PART in names.options.extras
 
 
 def require_names(names: Names) -> None:
-    """Refuse a chart that calls something of its own as the part is called (``c-limit``)."""
+    """Reject a chart whose own names clash with those of the part (``c-limit``)."""
     taken = {*names.operations.values(), *names.enumerations.values(), *names.records.values()}
     macros = {*names.constants.values(), *(m for group in names.members.values() for m in group)}
     if taken & {PART, f"{names.prefix}_{PART}"} or f"{names.upper}_COVERAGE_BYTES" in macros:
@@ -38,7 +38,7 @@ def require_names(names: Names) -> None:
 
 
 def print_declarations(out: Emitter, names: Names) -> None:
-    """Print what a header says of the counters."""
+    """Print the declarations of the counters for the header."""
     p = names.prefix
     out.text(f"""
     /* What tests reached, for `fsmkit coverage --add`: so many bytes of RAM, one area for all
@@ -52,7 +52,7 @@ def print_declarations(out: Emitter, names: Names) -> None:
 
 
 def print_counters(out: Unit, names: Names) -> None:
-    """Print the counters, and what counts."""
+    """Print the counters, and the functions that count."""
     own, upper, area = f"fsm_{names.own}", f"FSM_{names.own_upper}", area_of(names.chart)
     out.define(None)
     out.line("/* By state, by transition, by way through a guard. */")
@@ -71,7 +71,7 @@ def print_counters(out: Unit, names: Names) -> None:
         out.define(None)
         out.line(f"#define {upper}_{hook}(m, number) \\")
         out.line("    do { \\")
-        # spelt out: where a compiler saves bytes it calls even so small a function
+        # written out: an optimizer for size calls even so small a function
         out.line(f"        if ({own}_counters[{place}] != {FULL}u) {{ \\")
         out.line(f"            {own}_counters[{place}]++; \\")
         out.line("        } \\")
@@ -119,7 +119,7 @@ def _print_guards(out: Unit, names: Names, area: Area) -> None:
 
 
 def print_access(out: Unit, names: Names) -> None:
-    """Print what gives the counters out, and what clears them."""
+    """Print the functions that report and clear the counters."""
     own, p = f"fsm_{names.own}", names.own
     digits = fingerprint(names.chart)[:DIGITS]
     number = ", ".join(f"0x{digits[at : at + 2].upper()}u" for at in range(0, DIGITS, 2))

@@ -1,4 +1,4 @@
-"""The forms that the code of a machine can have, and which one a chart gets."""
+"""The forms of a machine's code, and the choice of one for a chart."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Form(Enum):
 
 
 def form_of(plan: Plan, options: Options) -> Form:
-    """Return the form for speed, or the form of the fewest bytes."""
+    """Return the form for speed, or the form with the fewest bytes."""
     if not options.is_small:
         return Form.FUNCTIONS
     has_grid = not options.is_tabled and _is_flat(plan) and _is_full(plan)
@@ -30,7 +30,7 @@ def form_of(plan: Plan, options: Options) -> Form:
 
 
 def _is_flat(plan: Plan) -> bool:
-    """Whether all states stand beside each other, and no guard has any effect."""
+    """Whether the chart has no nested states and no guard has a side effect."""
     chart = plan.chart
     guards = (t.guard for t in chart.transitions if t.guard is not None)
     return (
@@ -42,13 +42,13 @@ def _is_flat(plan: Plan) -> bool:
 
 
 READERS = 110
-"""Bytes of the functions that read tables (Cortex-M0, gcc -Os)."""
+"""The bytes of the functions that read tables (Cortex-M0, gcc -Os)."""
 ROW = 6
-"""Bytes that tables take for a transition and its event more than the grid does, on the average."""
+"""Bytes by which a transition's table row exceeds its entry in the grid, on the average."""
 
 
 def _is_full(plan: Plan) -> bool:
-    """Whether the places of the grid take less than tables and their readers."""
+    """Whether the grid takes fewer bytes than tables and their readers."""
     asked = [t for t in plan.chart.transitions if t.trigger is Trigger.EVENT]
     events = [event for t in asked for event in t.events]
     places = (len(plan.chart.states) - 1) * (max(events) + 1)

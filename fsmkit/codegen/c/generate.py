@@ -37,13 +37,13 @@ class Machine:
     files: dict[str, str]
     figures: dict[str, int]
     alignment: int = 1
-    """Of the struct, in bytes."""
+    """The alignment of the struct, in bytes."""
     family: tuple[tuple[Names, frozenset[str]], ...] = ()
     """The machines in its slots, innermost first, then itself: names and paths of members."""
 
 
 def machine_of(chart: Chart, findings: Findings, options: Mapping[str, str]) -> Machine | None:
-    """Return the C of a chart by the options of a target; None after what C cannot express."""
+    """Return the C of a chart for the options of a target, or None if findings reject it."""
     chosen = replace(read_options(options), binding=binding_of(chart, options, findings))
     require_prefix(options.get("prefix"))
     report_limits(chart, findings)
@@ -62,7 +62,7 @@ def generate_machine(
 ) -> Machine:
     """Return the C of a chart: header, source, and the library they need.
 
-    A chart that it invokes gives a header and a source of its own, for each slot.
+    An invoked chart has a header and a source of its own, for each slot.
     """
     extras = frozenset() if options is None else options.extras
     names = name_everything(lower(counted(chart) if PART in extras else chart), prefix, options)
@@ -95,7 +95,7 @@ def generate_machine(
 
 
 def _generate(names: Names, extras: frozenset[str]) -> Machine:
-    """Return a machine after those in its slots: the strings of all stand in the outermost."""
+    """Return a machine after those in its slots; the outermost holds all strings."""
     inside = [_generate(inner, extras) for inner in names.invoked]
     chart = names.chart
     source = SourcePrinter(names)

@@ -1,8 +1,8 @@
-"""The functions that a host provides, each handing its arguments on: for hosts of any machine.
+"""Forwarding functions of a host, which serve any machine.
 
-Whoever includes them defines ``FSM_HOST_CALL(m, operation, given, result)`` and
-``FSM_HOST_SEND(m, event, given)``: operations and events by number, ``given`` the places of the
-arguments (an array of pointers, or NULL), ``result`` the place of the result, or NULL.
+The includer defines ``FSM_HOST_CALL(m, operation, given, result)`` and ``FSM_HOST_SEND(m, event,
+given)``. Operations and events are numbers. ``given`` is an array of pointers to the arguments, or
+NULL. ``result`` points to the result, or is NULL.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from fsmkit.chart.analysis.host_events import sent_events
-from fsmkit.codegen.c.expressions.types import loaded, passed_type
+from fsmkit.codegen.c.expressions.types import loaded, parameter_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
@@ -19,16 +19,16 @@ from fsmkit.language import ArrayType, EnumType, Field
 
 
 def print_host(out: Emitter, names: Names, but: Collection[int] = ()) -> None:
-    """Print the operations of a machine, and what takes the events that leave it.
+    """Print the operations of a machine and the functions that take outgoing events.
 
-    ``but``: those events and, after all events, operations that something else provides.
+    ``but``: numbers of events and, counted after all events, of operations to omit.
     """
     p = names.prefix
     for number, operation in enumerate(names.chart.operations):
         if len(names.chart.events) + number in but:
             continue
         result = operation.result
-        returned = "void" if result is None else passed_type(result, names)
+        returned = "void" if result is None else parameter_type(result, names)
         taken = parameters(operation.parameters, names)
         out.line(f"{returned} {p}_{names.operations[operation.name]}({p} *m{taken})")
         with out.block("{"):
@@ -53,7 +53,7 @@ def print_host(out: Emitter, names: Names, but: Collection[int] = ()) -> None:
 
 
 def _given(out: Emitter, names: Names, fields: tuple[Field, ...]) -> str:
-    """Print the places of the arguments; return what they are called."""
+    """Print the array of pointers to the arguments; return its name."""
     if not fields:
         return "NULL"
     places = []

@@ -1,7 +1,7 @@
-"""The source that describes a machine: one constant table, which all that drives it reads.
+"""The source with the description of a machine: a constant table for every tool that runs machines.
 
-It is a file of its own, so that a program that has no use for it does not pay for it. Places are
-spelled with ``offsetof`` and ``sizeof``: the compiler knows them.
+It is a separate file, so a program that does not use the table does not contain it. Offsets are
+``offsetof`` and ``sizeof`` expressions, which the compiler evaluates.
 """
 
 from __future__ import annotations
@@ -42,27 +42,27 @@ fsm_restored @_restore(@ *m, uint32_t now, const uint8_t *bytes, size_t size)
     return found;
 }
 """
-"""Lines with ``~`` are for a machine that may be logged, with ``%`` for one that is recorded."""
+"""Lines with ``~`` are for a machine that may be logged, lines with ``%`` for a recorded one."""
 
 LONGEST_LITERAL = 4095
-"""Characters in a string literal that each compiler of C99 takes (5.2.4.1)."""
+"""The length in characters of a string literal that every C99 compiler accepts (5.2.4.1)."""
 UNPRINTED = 0xFFFF
-"""The number of what the machine never uses."""
+"""The number for an item that the machine never uses."""
 KINDS = {
     Kind.COMPOUND: "FSM_COMPOUND",
     Kind.PARALLEL: "FSM_PARALLEL",
     Kind.FINAL: "FSM_FINAL",
 }
-"""Of states; others are atomic."""
+"""The kinds of states in the table; all other states are atomic."""
 
 LISTS = ("routes", "marks", "peers", "texts")
-Way = tuple[Destination, tuple[int, ...]]
+Route = tuple[Destination, tuple[int, ...]]
 Machines = Sequence[tuple[Names, frozenset[str]]]
-"""Names, and the paths of the members of each."""
+"""Names, and the member paths of each machine."""
 
 
 def info_source(machines: Machines) -> str:
-    """Return the text for machines, those in the slots before those that hold them."""
+    """Return the source for machines; those in slots precede those that hold them."""
     names = machines[-1][0]
     extras = names.options.extras
     out = Emitter()
@@ -89,7 +89,7 @@ def row(*members: object) -> str:
 
 
 class _Table:
-    """Prints the tables of one machine; their names begin as no name of a chart does."""
+    """Prints the tables of one machine; their names differ from all names of a chart."""
 
     def __init__(self, out: Emitter, names: Names, members: frozenset[str]) -> None:
         self._out = out
@@ -148,7 +148,7 @@ class _Table:
     # --- parts of tables ------------------------------------------------------------------
 
     def _name(self, name: str, content: Sized) -> str:
-        """Return the name of an array, if there is one."""
+        """Return the name of an array, or NULL if it is empty."""
         return f"{self._own}_{name}" if content else "NULL"
 
     def _array(self, ctype: str, name: str, rows: Sequence[str]) -> None:
@@ -158,7 +158,7 @@ class _Table:
             self._out.line()
 
     def _text(self, text: str) -> str:
-        """Return a text that can be left out; one that is too long for a literal is declared."""
+        """Return an optional text as an expression; one longer than a literal is declared."""
         content = text.encode()
         if len(content) <= LONGEST_LITERAL:
             return f"FSM_TEXT({quoted(text)})"
@@ -175,13 +175,13 @@ class _Table:
         return row(self._text(name), self._type(type_), offset)
 
     def _fields(self, name: str, fields: Sequence[lang.Field], holder: str) -> None:
-        """Print fields; those of a ``holder`` have places in it."""
+        """Print fields; with a ``holder``, they have offsets in it."""
         places = [holder and holder + self._names.field(part.name) for part in fields]
         pairs = zip(fields, places, strict=True)
         self._array("fsm_field", name, [self._field(f.name, f.type, place) for f, place in pairs])
 
     def _offset(self, member: str) -> str:
-        """Return the place of a member that a machine may do without."""
+        """Return the offset of an optional member."""
         if member not in self._members:
             return "FSM_ABSENT"
         return f"offsetof({self._names.prefix}, {member})"
@@ -189,7 +189,7 @@ class _Table:
     # --- types ----------------------------------------------------------------------------
 
     def _declare(self, type_: lang.Type) -> None:
-        """Give a type a number, after those that it is made of."""
+        """Assign a number to a type, after the types of its parts."""
         match type_:
             case lang.ArrayType(element, _):
                 self._declare(element)
@@ -289,7 +289,7 @@ class _Table:
         self._array("fsm_timeout_info", "timeouts", rows)
 
     def _numbers(self) -> None:
-        """Print where the numbers of regions and of histories are."""
+        """Print the offsets of the numbers of regions and of histories."""
         names, image = self._names, self._image
         shared = names.shared
         rows = []
@@ -341,14 +341,14 @@ class _Table:
         return row(*places, room).removesuffix(",")
 
     def _saved_lists(self) -> Iterator[tuple[str, str]]:
-        """Print how what a saved machine numbers is numbered in C; yield the lists by name."""
+        """Print the C numbers that a saved machine needs; yield the lists by name."""
         names, image = self._names, self._image
         lists: dict[str, list[int]] = {name: [] for name in LISTS}
         if f"{OWN}.delayed" in self._members:
-            ways: list[Way] = [(destination, ()) for destination in ROUTES]
-            ways += [(Destination.INVOKER, ())] if "to_invoker" in names.used else []
-            ways += [(Destination.INVOKED, slots) for slots in names.reached]
-            lists["routes"] = [ways.index(w) if w in ways else UNPRINTED for w in image.routes]
+            routes: list[Route] = [(destination, ()) for destination in ROUTES]
+            routes += [(Destination.INVOKER, ())] if "to_invoker" in names.used else []
+            routes += [(Destination.INVOKED, slots) for slots in names.reached]
+            lists["routes"] = [routes.index(w) if w in routes else UNPRINTED for w in image.routes]
             lists["marks"] = [0 if n is None else names.marks.get(n, 0) for n in image.ids]
             lists["peers"] = [names.numbers.get(n or "", UNPRINTED) for n in image.peers]
         if image.stores_symbols:
@@ -455,7 +455,7 @@ def kind_of(type_: lang.Type) -> str:
 
 
 def bounds(type_: lang.Type) -> tuple[str, str]:
-    """Return the bounds of a number, as two's complement; of what is none 0."""
+    """Return the bounds of a number in two's complement; other types have the bounds 0 and 0."""
     if isinstance(type_, lang.ArrayType | lang.RecordType | lang.FloatType):
         return "0u", "0u"
     of = interval(type_)
@@ -463,7 +463,7 @@ def bounds(type_: lang.Type) -> tuple[str, str]:
 
 
 def within(names: Names) -> Iterator[Names]:
-    """Yield the machines in the slots of one, each before those within it."""
+    """Yield the machines in the slots of a machine, each before those within it."""
     for inner in names.invoked:
         yield inner
         yield from within(inner)

@@ -1,4 +1,4 @@
-"""The functions a host calls, beside those that step: making, posting, asking, names."""
+"""The functions for hosts, except those that step: creation, posting, queries, names."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fsmkit.language import ArrayType, EnumType, Field, RecordType
 
 
 class InterfacePrinter:
-    """Prints them."""
+    """Prints the functions of a machine's interface."""
 
     def __init__(self, names: Names) -> None:
         """Print with these names."""
@@ -248,11 +248,11 @@ class InterfacePrinter:
 
 
 LONGEST_LITERAL = 4095
-"""Characters in a string literal that each compiler of C99 takes (5.2.4.1)."""
+"""The length in characters of a string literal that every C99 compiler accepts (5.2.4.1)."""
 
 
 def _entry(out: Emitter, place: int, text: str) -> str:
-    """Return an entry of a table of texts; one that is too long for a literal is declared here."""
+    """Return an entry of a table of texts; one longer than a literal is declared here."""
     content = text.encode()
     if len(content) <= LONGEST_LITERAL:
         return quoted(text)

@@ -1,10 +1,11 @@
-"""A source as definitions that know what they refer to.
+"""A source as definitions with their references.
 
-While a source is printed, a name of the machine's own is a symbol: `OWN` or `OWN_UPPER` stands for
-the prefix, ``f"{OWN}_stop"`` for the function ``stop``. So a definition knows all names that its
-lines refer to, whoever made those lines and wherever they were kept meanwhile; what no other
-definition reaches is left out, and the prefix is spelt at the very end. The marks are control
-characters, which no text of a chart brings along (`fsmkit.emit.lines`).
+The printed source contains a symbol for each name of the machine's own. `OWN` or `OWN_UPPER` is the
+prefix, ``f"{OWN}_stop"`` the function ``stop``. A definition therefore has all names that its lines
+refer to, whatever printed them.
+
+`reachable` omits unreferenced definitions, and `resolve_prefixes` finally inserts the prefix. The
+symbols use control characters, which the texts of a chart never contain (`fsmkit.emit.lines`).
 """
 
 from __future__ import annotations
@@ -18,34 +19,34 @@ from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.emit import Emitter
 
 OWN, OWN_UPPER = "\x01", "\x02"
-"""The prefix of the machine's names, and that of its macros and constants."""
+"""The symbols for the prefix of the machine's names, and for that of its macros and constants."""
 _SYMBOL = re.compile(f"[{OWN}{OWN_UPPER}]_([A-Za-z0-9_]+)")
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """Lines with symbols, what they define, and the names of the machine that they refer to."""
+    """Lines with symbols, the name that they define, and the names that they refer to."""
 
     name: str | None
-    """Without the prefix; None where others may refer to it: it is always there."""
+    """The name without the prefix; None for a definition that is always kept."""
     lines: tuple[str, ...]
     names: frozenset[str]
 
 
 class Unit(Emitter):
-    """Definitions, one after the other."""
+    """A sequence of definitions."""
 
     def __init__(self) -> None:
-        """Begin with lines that are always there."""
+        """Start with lines that are always kept."""
         super().__init__()
         self._ended: list[Definition] = []
         self._name: str | None = None
 
     def define(self, name: str | None = None) -> None:
-        """Let what is added from here on be a definition; the one before it ends.
+        """Start a definition, which ends where the next starts.
 
-        ``name``: of what it defines, if nothing outside refers to it; its prefix may be left out.
+        ``name``: the name that it defines, with or without the prefix, if only the machine uses it.
         """
         if self._lines:
             names = frozenset(_SYMBOL.findall("\n".join(self._lines)))
@@ -59,21 +60,21 @@ class Unit(Emitter):
         self._ended += other.definitions()
 
     def definitions(self) -> list[Definition]:
-        """Return all that was added."""
+        """Return all definitions."""
         self.define()
         return self._ended
 
 
 def reachable(definitions: Iterable[Definition]) -> Iterator[Definition]:
-    """Yield, in their order, the definitions that are always there and all that these need."""
+    """Yield, in their order, the definitions that are always kept and all that they need."""
     found = list(definitions)
     roots = (name for each in found if each.name is None for name in each.names)
     needed = reached(found, roots)
     return (each for each in found if each.name is None or each.name in needed)
 
 
-def spelt(definitions: Iterable[Definition], lower: str, upper: str) -> str:
-    """Return the text of definitions with the prefixes in, one empty line between any two."""
+def resolve_prefixes(definitions: Iterable[Definition], lower: str, upper: str) -> str:
+    """Return the text of definitions with the prefixes inserted and one empty line between two."""
     lines: list[str] = []
     for each in definitions:
         for line in each.lines:

@@ -1,7 +1,7 @@
-"""The members of the struct, ordered so that no byte between them is undefined.
+"""The members of the struct, in an order that leaves no undefined byte between them.
 
-They stand in groups: ``in``, ``out`` and ``data`` are the chart's, ``fsm`` is the machine's own.
-Machines in slots have no group.
+The groups ``in``, ``out`` and ``data`` belong to the chart, ``fsm`` to the machine. Machines in
+slots have no group.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.language import INT64, UINT64, ArrayType, FloatType, IntType, Type
 
 OWN = "fsm"
-"""The group of what is the machine's own."""
+"""The group of the machine's own members."""
 GROUPS = (OWN, "in", "out", "data", "")
-"""In the order of the struct, as far as alignment leaves it open."""
+"""The groups in the order of the struct, unless alignment requires another."""
 
 WIDTH = {"uint8_t": 1, "uint16_t": 2, "uint32_t": 4}
-"""Bytes of the types of numbers."""
+"""The bytes of each type of numbers."""
 
 
 def narrowest(most: int, least: str = "uint8_t") -> str:
-    """Return the narrowest C type, from ``least`` on, that holds all numbers up to one."""
+    """Return the narrowest C type, from ``least`` on, that holds all numbers up to ``most``."""
     types = [ctype for ctype, width in WIDTH.items() if width >= WIDTH[least]]
     return next(ctype for ctype in types if most < 2 ** (8 * WIDTH[ctype]))
 
@@ -46,40 +46,40 @@ class Member:
     note: str = ""
     group: str = OWN
     lengths: tuple[int, ...] = ()
-    """Of an array, outermost first."""
+    """The lengths of an array, outermost first."""
 
     @property
     def text(self) -> str:
-        """Its declaration."""
+        """The declaration of the member."""
         return f"{self.ctype} {self.name}" + "".join(f"[{length}]" for length in self.lengths)
 
     @property
     def path(self) -> str:
-        """How the machine's struct leads to it: ``fsm.now``."""
+        """The path of the member in the machine's struct: ``fsm.now``."""
         return f"{self.group}.{self.name}" if self.group else self.name
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Members in their order; of a group without a name, those of the struct itself."""
+    """Members in their order. A group without a name holds members of the struct itself."""
 
     name: str
     members: tuple[Member, ...]
 
     @property
     def alignment(self) -> int:
-        """Of the group, in bytes."""
+        """The alignment of the group, in bytes."""
         return max(member.alignment for member in self.members)
 
     @property
     def size(self) -> int:
-        """In bytes, a multiple of the alignment."""
+        """The size of the group in bytes, a multiple of its alignment."""
         return sum(member.size for member in self.members)
 
 
 @dataclass(frozen=True, slots=True)
 class Needs:
-    """What the functions of the machine use."""
+    """The members that the functions of the machine use."""
 
     remembered: int
     reply: str
@@ -90,7 +90,7 @@ class Needs:
 
 
 def timers_needed(names: Names) -> int:
-    """Return how many timers can be armed at once: those of states active together, and sends."""
+    """Return the greatest number of timers armed at once, those of delayed sends included."""
     delayed = names.chart.capacities.delayed if names.does.delays else 0
     return timeouts_at_once(names.chart) + delayed
 
@@ -118,7 +118,7 @@ def _ordered(inside: list[Member]) -> tuple[Member, ...]:
 
 
 def _spare(total: int, alignment: int, group: str) -> list[Member]:
-    """Return a member for the bytes that the compiler would add."""
+    """Return a member for the padding bytes that the compiler would add."""
     count = -total % alignment
     note = "so that no byte is undefined"
     return [Member("uint8_t", "spare_", count, 1, note, group, (count,))] if count else []
@@ -145,7 +145,7 @@ def _members(names: Names, needs: Needs) -> list[Member]:
     if does.raises:
         found.append(Member(event, "internal", size * internal, alignment, lengths=(internal,)))
     if does.event:
-        found.append(Member(event, "event", size, alignment, "at hand during a step"))
+        found.append(Member(event, "event", size, alignment, "the current event of a step"))
     if does.defers:
         found.append(Member(event, "deferred", size * queue, alignment, lengths=(queue,)))
         found.append(Member("uint8_t", "deferred_count", 1, 1))
@@ -252,7 +252,7 @@ def struct_members(struct: Struct, names: Names) -> tuple[Member, ...]:
 
 
 def reply_type(chart: Chart) -> Type | None:
-    """Return a type that holds every reply; None without any."""
+    """Return a type that holds every reply, or None without replies."""
     types = [s.value.type for s in all_statements(chart) if isinstance(s, Reply)]
     if not types:
         return None

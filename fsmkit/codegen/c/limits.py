@@ -1,4 +1,4 @@
-"""What a chart may hold that C cannot express: told, with its place, before anything is written."""
+"""Limits of C: parts of a chart that it cannot express, reported before generating."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from fsmkit.language.walk import nodes
 CHECKED = frozenset(
     {lang.Binary, lang.Convert, Reply, lang.Literal, lang.Conditional, lang.EventField}
 )
-"""The nodes that C cannot always express."""
+"""The nodes that C cannot express in all cases."""
 
 
 def require_limits(charts: Iterable[Chart]) -> None:
-    """Raise `FsmkitError` with all that the C target cannot write of some charts."""
+    """Raise `FsmkitError` with all findings of C's limits in some charts."""
     findings = Findings()
     for chart in charts:
         report_limits(chart, findings)
@@ -26,7 +26,7 @@ def require_limits(charts: Iterable[Chart]) -> None:
 
 
 def report_limits(chart: Chart, findings: Findings) -> None:
-    """Report each thing in a chart that the C target cannot write."""
+    """Report everything in a chart that the C target cannot express."""
     at = chart.root.span
     if chart.abstract:
         findings.add(
@@ -68,7 +68,7 @@ class _Checker:
                 self._carriers.setdefault(field.name, set()).add(event.index)
 
     def check(self, content: object, events: tuple[int, ...]) -> None:
-        """Look at content at which one of these events can be at hand."""
+        """Check content, given the events that can be current there."""
         for node in nodes(content):
             if node.__class__ in CHECKED:
                 self._look_at(node, events)

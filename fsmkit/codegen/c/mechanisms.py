@@ -1,7 +1,7 @@
-"""Which mechanisms the C of a machine holds: decided by its Plan before a line is printed.
+"""The mechanisms in the C of a machine, decided by its Plan before printing.
 
-The pieces of C that all machines share ask for them (`codegen.c.pieces`: ``#if LOOPS``), and a
-member of the struct is there with the mechanism that uses it.
+The pieces of C that machines share test them (`codegen.c.pieces`: ``#if LOOPS``). A member of the
+struct exists only with the mechanism that uses it.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from fsmkit.plan import Plan
 
 @dataclass(frozen=True, slots=True)
 class Mechanisms:
-    """What the machine does at all: what it does not, it need not be ready for."""
+    """The mechanisms of a machine; code for absent ones is omitted."""
 
     queued: bool
     """Events wait in a queue: `post`, `step_event`."""
     counted: bool
-    """Events that nothing answers or that find a queue full are counted."""
+    """Ignored events, and events that find a queue full, are counted."""
     defers: bool
     delays: bool
-    """Events are sent later."""
+    """Events are sent with a delay."""
     deadlines: bool
-    """Time alone can make the machine step."""
+    """A deadline alone can make the machine step."""
     now: bool
-    """The machine knows the time."""
+    """The machine stores the time."""
     polls: bool
-    """`step_eventless` can do something that no event began."""
+    """`step_eventless` can take a step without an event."""
     runs: bool
-    """There is `run`."""
+    """The machine has the function `run`."""
     raises: bool
     """Events enter the internal queue."""
     eventless: bool
@@ -40,32 +40,33 @@ class Mechanisms:
     stops: bool
     """A fault can stop the machine."""
     ends: bool
-    """It comes to its end, or what invoked it ends it."""
+    """The machine can finish, or its invoker can end it."""
     settles: bool
     guarded: bool
-    """A step calls the host, which may call back: such a call is refused."""
+    """A step calls the host, which may call back: such a call is rejected."""
     begins: bool
     rests: bool
     event: bool
-    """The event at hand is kept for the step."""
+    """The current event is stored during the step."""
     replies: bool
     external: bool
-    """Something happens with an external event before it is answered: `autoforward`, `finalize`."""
+    """An external event has effects before its selection: `autoforward`, `finalize`."""
     running: bool
-    """A flag says whether the machine runs; the number of an active state says it elsewhere."""
+    """A flag records whether the machine runs; otherwise the number of an active state shows it."""
     checked: bool
-    """What a stopped machine does with an event is decided before it is looked for."""
+    """The reaction of a stopped machine is decided before the event is looked up."""
 
     @property
     def facts(self) -> dict[str, bool]:
-        """By the name that a condition of a piece has for it: whether there is a mechanism."""
+        """Whether the machine has a mechanism, by the name in the conditions of pieces."""
         return {each.name.upper(): getattr(self, each.name) for each in fields(self)}
 
 
 def mechanisms_of(plan: Plan, options: Options, *, is_family: bool, has_slots: bool) -> Mechanisms:
-    """Return the mechanisms of a machine; one that invokes or is invoked (a family) has the most.
+    """Return the mechanisms of a machine.
 
-    ``has_slots``: machines that it invokes lie in it, and their deadlines are its own.
+    ``is_family``: it invokes or is invoked, which needs most mechanisms. ``has_slots``: it contains
+    machines that it invokes, whose deadlines are its own.
     """
     chart, features = plan.chart, plan.features
     without = frozenset() if is_family else options.without

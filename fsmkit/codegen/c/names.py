@@ -89,9 +89,9 @@ class Names:
     own_upper: ClassVar[str] = OWN_UPPER
     """The same for the prefix of macros and constants."""
 
-    passed: ClassVar[str] = ""
+    copy_argument: ClassVar[str] = ""
     """The argument that calls of blocks and guards have after the machine (`small.copy_names`)."""
-    taken: ClassVar[str] = ""
+    copy_parameter: ClassVar[str] = ""
     """The parameter for this argument."""
     varied: ClassVar[Container[int]] = ()
     """States whose names are those of each copy."""
@@ -155,12 +155,12 @@ class Names:
         return f"{self.stopped} && !m->fsm.busy" if within else self.stopped
 
     @property
-    def refuses(self) -> str:
-        """The test whether a step does nothing: it is called within another, or after the end."""
+    def ignores_steps(self) -> str:
+        """The test that a step does nothing: it is nested, or the machine has stopped."""
         return f"m->fsm.busy || {self.stopped}" if self.does.guarded else self.stopped
 
     def hook(self, verb: str) -> str:
-        """Return the macro that notes ENTER of a state or TAKE of a transition."""
+        """Return the hook macro that reports entering a state or taking a transition."""
         is_counted = "coverage" in self.options.extras
         return f"FSM_{self.own_upper}_{verb}" if is_counted else f"FSM_HOOK_{verb}"
 
@@ -223,9 +223,9 @@ class Names:
 
     @cached_property
     def taken_type(self) -> str:
-        """The C type that holds every number by which a transition is taken, and one more.
+        """The C type of every number by which a transition is taken, plus one.
 
-        A transition has one; in tables it may have one for each of its events (`small.plain`).
+        A transition has one such number; in tables it may have one for each of its events.
         """
         most = sum(max(1, len(transition.events)) for transition in self.chart.transitions)
         return "uint16_t" if most < NO_STATE else "uint32_t"
@@ -266,7 +266,7 @@ class Names:
         return self.events[index]
 
     def event_constant(self, index: int) -> str:
-        """Return an event as what hosts call it, for which C++ wants the type of that."""
+        """Return an event as a constant for hosts; C++ needs the type of the constant."""
         return self.events[index]
 
     def timer(self, transition: int) -> str:
@@ -282,7 +282,7 @@ class Names:
         return f"{[declared.name for declared in self.chart.inputs].index(name)}u"
 
     def stand_in(self, name: str) -> str:
-        """Return the number for which a variable of no block stands (`small.copy_names`)."""
+        """Return the number that a placeholder variable represents (`small.copy_names`)."""
         raise AssertionError(name)
 
     def marked(self, name: str | None) -> str:
@@ -294,7 +294,7 @@ class Names:
         return f"{self.own}_send_{self.event_names[event]}({', '.join(('m', *arguments))})"
 
     def calling(self, verb: str, operation: str, arguments: Sequence[str], machine: str) -> str:
-        """Return the call of an operation; ``verb``: of the function for it."""
+        """Return the call of an operation; ``verb``: the kind of function that makes the call."""
         name = f"{self.own}_{verb}{self.operations[operation]}"
         return f"{name}({', '.join((machine, *arguments))})"
 
@@ -333,6 +333,6 @@ class Names:
         return self.histories.get((history, region), self.regions[region])
 
     def place(self, span: Span) -> str:
-        """Return where something was written, as a comment says it: file and line."""
+        """Return a source location for comments: file and line."""
         name = span.source.name.rpartition("/")[2]
         return f"{name}:{span.source.position(span.start)[0]}"

@@ -51,7 +51,7 @@ def name_everything(plan: Plan, prefix: str | None, options: Options | None = No
 
 
 def _hides(lower: str) -> bool:
-    """Whether a type of that name would hide what functions or headers call so, or be hidden."""
+    """Whether a type of that name would hide a function or a header's name, or be hidden."""
     return lower in LOCALS | HEADERS | INSIDE or COUNTED.fullmatch(lower) is not None
 
 
@@ -66,7 +66,7 @@ def require_prefix(prefix: str | None) -> None:
 
 
 def _choose(names: Names, options: Options) -> None:
-    """Keep the options of a machine; those in its slots are whole, and as small."""
+    """Set the options of a machine; the machines in its slots have all parts and the same size."""
     names.options = options
     names.shared = {} if options.is_small else shared_bytes(names.plan)
     for region, history in names.shared.items():
@@ -74,7 +74,7 @@ def _choose(names: Names, options: Options) -> None:
     for inner in names.invoked:
         extras = options.extras & {"coverage"}
         inside = replace(options, without=frozenset(), extras=extras, binding=None)
-        _choose(inner, replace(inside, tells_reads=False))
+        _choose(inner, replace(inside, observes_reads=False))
 
 
 def _name(
@@ -235,7 +235,7 @@ def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer)
 
 
 def free_of(names: Names, operations: dict[str, str]) -> frozenset[str]:
-    """Return what types of copies cannot be called: as functions and other types are."""
+    """Return the names that types of copies cannot have: those of functions and other types."""
     types = [*names.enumerations.values(), *names.records.values()]
     taken = {name.removeprefix(f"{names.prefix}_") for name in types} | {*operations.values()}
     return frozenset(taken) | FUNCTIONS | {"event", "delayed", "state", "event_name"}

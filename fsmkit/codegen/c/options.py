@@ -1,4 +1,4 @@
-"""What can be chosen when a chart is compiled to C."""
+"""The options of the C target."""
 
 from __future__ import annotations
 
@@ -14,44 +14,44 @@ from fsmkit.codegen.target import named_parts
 from fsmkit.diagnostics import Findings, Span, fail
 
 PARTS = {
-    "queue": "the external queue, with what posts into it and steps through it",
+    "queue": "the external queue and the functions that post to it and step through it",
     "counters": "how many events enabled nothing, or found a queue full",
 }
-"""What a machine can be made without, and what that is."""
+"""The parts that a machine can omit, with their descriptions."""
 
 EXTRAS = {
     "info": "a source that describes the machine, for what drives any machine",
     "save": "the same, and functions that save the machine to bytes and restore it",
     "trace": "a source with a trace and a log, to be compiled instead of the machine's own",
     "records": "a source with records of 1 to 4 bytes for a live trace, to be compiled likewise",
-    "coverage": "counters of what tests reach, and a function that gives them out",
+    "coverage": "coverage counters, and a function that reports them",
 }
-"""What a machine can be made with, and what that is."""
+"""The parts that a machine can add, with their descriptions."""
 
 SIZE = "size"
-"""What code can be optimized for; without it, code is for speed."""
+"""The optimization for size; the default is speed."""
 
 COMPILING = "compiling"
-"""An aim of programs of our own, which are built and run at once: few lines for the compiler."""
+"""The optimization for programs that fsmkit builds and runs once: little to compile."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What whoever compiles a chart decides."""
+    """The options of a compilation."""
 
     without: frozenset[str] = frozenset()
-    """Of `PARTS`."""
+    """Omitted parts, a subset of `PARTS`."""
     extras: frozenset[str] = frozenset()
-    """Of `EXTRAS`."""
+    """Added parts, a subset of `EXTRAS`."""
     is_small: bool = False
-    """Whether code is to be tables, which are small, and slower."""
+    """Whether the code consists of tables, which are smaller and slower."""
     is_tabled: bool = False
-    """With that: tables also where a grid of answers takes fewer bytes, as each is code."""
+    """Whether, with `is_small`, tables replace even a smaller grid, whose answers are code."""
     binding: Binding | None = None
-    """What the chart is in the host's own C, if it is bound."""
+    """The binding to the host's own C, or None."""
 
-    tells_reads: bool = False
-    """Whether each read of an input calls a hook first: of programs of our own, which choose it."""
+    observes_reads: bool = False
+    """Whether each read of an input first calls a hook. Only fsmkit's own programs set it."""
 
     @property
     def chosen(self) -> Chosen:
@@ -60,7 +60,7 @@ class Options:
 
 
 def read_options(options: Mapping[str, str]) -> Options:
-    """Return the options of a target; an error where one names what is not there."""
+    """Return the options of a target; raise `FsmkitError` for an unknown name."""
     without = named_parts(options, "without", PARTS)
     extras = named_parts(options, "with", EXTRAS)
     aim = options.get("optimize", "")
@@ -74,7 +74,7 @@ def read_options(options: Mapping[str, str]) -> Options:
 
 
 def report_missing(chart: Chart, options: Options, findings: Findings) -> None:
-    """Say where a chart needs what it is to be made without."""
+    """Report each need of a chart that the omitted parts leave unmet."""
     if "queue" not in options.without:
         return
     users: list[tuple[Span | None, str]]

@@ -1,15 +1,15 @@
-"""C that is the same for all machines, but for their names and for what they do at all.
+"""C pieces that machines share, adapted to the names and mechanisms of each machine.
 
-It stands in the files of ``pieces``, which are C: a compiler reads them with the names of
-``tests/codegen/c/pieces.h``. The generator does to them what a preprocessor would, so that the file
-it writes has nothing in it that this machine does not need:
+The files of the folder ``pieces`` are C: a compiler reads them with the names of
+``tests/codegen/c/pieces.h``. The generator preprocesses them, so its output contains only what this
+machine needs:
 
-* ``#if`` and a mechanism (`codegen.c.mechanisms`, in capitals) takes or leaves lines; ``#ifdef``
-  and ``#ifndef`` are the host's, and stay;
-* ``self`` and ``SELF`` at the beginning of a name stand for the prefix of the machine;
-* a few names stand for a type, an expression or statements, which the one who places a piece gives.
+* ``#if`` with mechanisms (`codegen.c.mechanisms`, in capitals) keeps or drops lines; ``#ifdef``
+  and ``#ifndef`` belong to the host and stay;
+* a leading ``self`` or ``SELF`` in a name is replaced by the prefix of the machine;
+* a few names are replaced by a type, an expression or statements of the caller.
 
-Definitions are set apart by empty lines, and have none inside.
+Empty lines separate definitions, which contain none.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from fsmkit.codegen.conditional import selected
 
 FOLDER = Path(__file__).parent / "pieces"
 Parts = Mapping[str, str | Sequence[str]]
-"""By name: the text of an expression or a type, or the lines of statements."""
+"""Replacements by name: the text of an expression or a type, or the lines of statements."""
 _NAME = re.compile(r" ?\b(?:self|SELF|inside|SLOT)\w*")
 _DEFINED = re.compile(r"\bself_(\w+)")
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A definition as it stands in a file."""
+    """A definition of a file."""
 
     name: str
     is_private: bool
-    """Nothing outside the source refers to it."""
+    """Whether only the source refers to it."""
     lines: tuple[str, ...]
 
 
@@ -46,40 +46,40 @@ def print_pieces(
     out: Unit,
     names: Names,
     file: str,
-    *wanted: str,
+    *requested: str,
     parts: Parts | None = None,
     facts: Mapping[str, bool] | None = None,
 ) -> None:
-    """Add definitions of a file, all of them if none is named.
+    """Add definitions of a file to a unit.
 
     Args:
-        out: What they are added to.
-        names: Those of the machine.
+        out: The unit.
+        names: The names of the machine.
         file: The name of a file of ``pieces``, without its suffix.
-        wanted: Names of definitions, without the prefix.
-        parts: What stands in for names, beside the types of every machine.
-        facts: Whether what else ``#if`` asks for is so, beside the mechanisms.
+        requested: The definitions to add, without the prefix; none: all of them.
+        parts: Replacements of names, beside the types of every machine.
+        facts: Values of further conditions of ``#if``, beside the mechanisms.
 
     """
     found = _pieces(file, frozenset({**names.facts, **(facts or {})}.items()))
-    spelt: Parts = {
+    replaced: Parts = {
         "self_taken": names.taken_type,
         "self_region": names.region_type,
         "self_event_number": event_type(names),
         **(parts or {}),
     }
-    for name in wanted or found:
+    for name in requested or found:
         piece = found[name]
-        number = spelt.get("N")
+        number = replaced.get("N")
         own = f"{name.removesuffix('N')}{number}" if number and name.endswith("_N") else name
         out.define(own if piece.is_private else None)
         for line in piece.lines:
-            out.lines(_filled(line, spelt))
+            out.lines(_filled(line, replaced))
         out.line()
 
 
 def _filled(line: str, parts: Parts) -> Iterator[str]:
-    """Yield what a line becomes: several where it stands for statements, none for no statement."""
+    """Yield the lines for a line of a piece: several, one or none where it is replaced."""
     word = line.strip().removesuffix(";")
     lines = parts.get(word)
     if lines is not None and not isinstance(lines, str):
@@ -87,7 +87,7 @@ def _filled(line: str, parts: Parts) -> Iterator[str]:
         yield from (inset + each if each else "" for each in lines)
         return
 
-    def stand_in(found: re.Match[str]) -> str:
+    def replacement(found: re.Match[str]) -> str:
         text = found.group()
         word = text.lstrip(" ")
         part = parts.get(word)
@@ -102,12 +102,12 @@ def _filled(line: str, parts: Parts) -> Iterator[str]:
                 break
         return text[: len(text) - len(text.lstrip(" "))] + word
 
-    yield _NAME.sub(stand_in, line)
+    yield _NAME.sub(replacement, line)
 
 
 @lru_cache(maxsize=256)
 def _pieces(file: str, facts: frozenset[tuple[str, bool]]) -> Mapping[str, Piece]:
-    """Return the definitions of a file that are there if facts are so, by name."""
+    """Return the definitions of a file by name, given the facts of its conditions."""
     found: dict[str, Piece] = {}
     lines: list[str] = []
     for line in [*selected(_text(file), dict(facts)), ""]:

@@ -22,10 +22,10 @@ class C:
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the files.
+        """Return the files of a machine.
 
-        Options: ``prefix`` replaces the chart's name; ``without``: some of `PARTS`, with commas
-        between them; ``binding``: the file that binds the chart to the host's own C.
+        Options: ``prefix`` replaces the chart's name; ``without``: some of `PARTS`, separated by
+        commas; ``binding``: the file that binds the chart to the host's own C.
         """
         from fsmkit.codegen.c.generate import machine_of
 

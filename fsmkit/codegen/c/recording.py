@@ -1,8 +1,8 @@
-"""The source that is compiled instead of a machine's own so that what it does is recorded.
+"""The source that replaces a machine's own in builds that record.
 
-It includes the machine's source under hooks and other names for what the host calls, as that of
-`tracing` does. What does not depend on the chart is in ``fsm_recorded.h`` and ``fsm_records.c``.
-The numbers are those of `runtime.tracing.numbering`.
+Like the source of `tracing`, it includes the machine's source under hooks and other names for the
+host's calls. The chart-independent part is in ``fsm_recorded.h`` and ``fsm_records.c``. The numbers
+are those of `runtime.tracing.numbering`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import assert_never
 
 import fsmkit.language as lang
 from fsmkit.chart.chart import Event
-from fsmkit.codegen.c.expressions.types import loaded, passed_type
+from fsmkit.codegen.c.expressions.types import loaded, parameter_type
 from fsmkit.codegen.c.header import NOTICE, declaration, parameters
 from fsmkit.codegen.c.info import Machines
 from fsmkit.codegen.c.names import Names
@@ -29,15 +29,15 @@ from fsmkit.runtime.tracing.records import DIRECT, LONGEST_SYNC, TELLS_ALL
 
 LEVEL_2 = "#if FSM_TRACE_LEVEL >= 2"
 SYNC_HEAD = 13
-"""Bytes of a sync beside its numbers, at most."""
+"""The bytes of a sync record beside its numbers, at most."""
 
 FLAT = str.maketrans({".": "_", "[": "_", "]": None})
-"""Makes a name of a path of members."""
+"""Replaces the dots of a member path to form a name."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Member:
-    """A machine of the family: its names, its members, how the outermost leads to it."""
+    """A machine of the family: its names, its members, its path from the outermost machine."""
 
     names: Names
     members: frozenset[str]
@@ -55,9 +55,9 @@ def recording_source(
     before: Callable[[Names], Sequence[str]] = _nothing,
     after: Callable[[Names], Sequence[str]] = _nothing,
 ) -> str:
-    """Return the text for machines, those in the slots before those that hold them.
+    """Return the source for machines; those in slots precede those that hold them.
 
-    ``before`` and ``after`` give lines that stand around each machine, for another observer.
+    ``before`` and ``after`` return lines for another observer, around each machine.
     """
     outer = machines[-1][0]
     numbers = len(Numbering(outer.chart).greatest)
@@ -121,15 +121,15 @@ class _Source:
             room = f"static uint8_t {self._own}_bytes[FSM_RECORDS_HEAD + {most}];"
             out.lines([LEVEL_2, room, "#endif", ""])
 
-    def _machine(self, each: _Member) -> None:
-        """Print one machine with what surrounds its source."""
-        out, names, p = self._out, each.names, each.names.prefix
-        now = "(m)->fsm.now" if "fsm.now" in each.members else "fsm_records.call.now"
+    def _machine(self, member: _Member) -> None:
+        """Print one machine: the definitions for its source, and the source."""
+        out, names, p = self._out, member.names, member.names.prefix
+        now = "(m)->fsm.now" if "fsm.now" in member.members else "fsm_records.call.now"
         defined = {
             "": p,
-            "_FIRST": f"{self._numbering.base(each.number)}u",
-            "_START": f"{self._numbering.first_start + each.number}u",
-            "_BUSY(m)": "(m)->fsm.busy" if "fsm.busy" in each.members else "false",
+            "_FIRST": f"{self._numbering.base(member.number)}u",
+            "_START": f"{self._numbering.first_start + member.number}u",
+            "_BUSY(m)": "(m)->fsm.busy" if "fsm.busy" in member.members else "false",
         }
         if not names.is_invoked:
             defined["_STOPPED(m)"] = f"({names.stopped.replace('m->', '(m)->')})"
@@ -146,7 +146,7 @@ class _Source:
         own = [
             (self._numbering.first_result + number, o.name)
             for number, m, o in results
-            if m == each.number and "call " + o.name in names.used
+            if m == member.number and "call " + o.name in names.used
         ]
         is_level_2 = bool(own) or not names.is_invoked
         if is_level_2:
@@ -200,7 +200,7 @@ class _Source:
         """)
 
     def _value(self, names: Names, type_: lang.Type, value: str, depth: int = 0) -> None:
-        """Print what puts a value."""
+        """Print the statements that record a value."""
         out = self._out
         match type_:
             case lang.ArrayType(element, length):
@@ -229,7 +229,7 @@ class _Source:
                 assert_never(type_)
 
     def _open(self, now: str, instance: str, number: str) -> None:
-        """Print what stands before a payload."""
+        """Print the head of a record."""
         out, own = self._out, self._own
         out.line(f"uint8_t *const at = fsm_records_head({own}_bytes, {now}, {instance});")
         out.line(f"fsm_writer w = fsm_write_to(fsm_records_numbered(at, {number}));")
@@ -240,7 +240,7 @@ class _Source:
     # --- level 2 --------------------------------------------------------------------------
 
     def _result(self, names: Names, name: str, number: int) -> None:
-        """Print a function that calls an operation and records the result; let it be called so."""
+        """Print a function that calls an operation and records its result, and its macro."""
         out, p = self._out, names.prefix
         operation = next(o for o in names.chart.operations if o.name == name)
         result, fields = operation.result, operation.parameters
@@ -248,7 +248,7 @@ class _Source:
         stored = storage(result, names.records).text
         called = names.operations[name]
         recorded = f"fsm_{p}_recorded_{called}"
-        returned = passed_type(result, names)
+        returned = parameter_type(result, names)
         out.line(f"static {returned} {recorded}({p} *m{parameters(fields, names)})")
         with out.block("{"):
             passed = "".join(f", {names.field(part.name)}" for part in fields)
@@ -305,7 +305,7 @@ class _Source:
             out.line("return;")
 
     def _read(self, names: Names) -> None:
-        """Print the function that records changed inputs; all where the machine starts."""
+        """Print the function that records changed inputs, or all of them at the start."""
         out, p, inputs = self._out, names.prefix, names.chart.inputs
         paths = [names.variables[each.name].partition(".")[2] for each in inputs]
         plain = [path.translate(FLAT) for path in paths]
@@ -339,7 +339,7 @@ class _Source:
     # --- whole states ---------------------------------------------------------------------
 
     def _sync(self, names: Names) -> None:
-        """Print the function that tells the states of the machine and of those in its slots."""
+        """Print the function that records the states of the machine and of those in its slots."""
         out, p = self._out, names.prefix
         numbers = list(self._numbers())
         root = self._family[0]
@@ -362,18 +362,18 @@ class _Source:
 
     def _numbers(self) -> Iterator[str]:
         """Yield the states of regions and histories, machine by machine."""
-        for each in self._family:
-            names, image = each.names, image_of(each.names.chart)
-            own = list(_numbers(each))
+        for machine in self._family:
+            names, image = machine.names, image_of(machine.names.chart)
+            own = list(_numbers(machine))
             assert len(own) == len(image.plan.regions) + len(image.histories)  # noqa: S101
             if not names.is_invoked:
                 yield from own
                 continue
-            running = f"m->{each.path}fsm.running"
+            running = f"m->{machine.path}fsm.running"
             yield from (f"(uint16_t)({running} ? {number} : 0u)" for number in own)
 
     def _snapshot(self, names: Names) -> None:
-        """Print the function that puts the saved machine, where it can be saved."""
+        """Print the function that records the saved machine, if it can be saved."""
         if "save" not in names.options.extras:
             return
         out, p = self._out, names.prefix
@@ -391,32 +391,32 @@ class _Source:
         out.lines(["#endif", ""])
 
     def _calls(self, names: Names) -> None:
-        """Print the source with other names for what the host calls, then what the host calls."""
+        """Print the source with other names for the host's calls, then these functions."""
         restored = f"void fsm_{names.prefix}_restored({names.prefix} *m, uint32_t now);"
         more = [restored] if "save" in names.options.extras else []
         print_observed(self._out, names, "recorded", more)
 
 
 def _places(names: Names, path: str = "") -> Iterator[tuple[Names, str]]:
-    """Yield a machine and those in its slots, with how the outermost leads to each."""
+    """Yield a machine and those in its slots, with their paths from the outermost."""
     yield names, path
     for inner, slot in zip(names.invoked, names.slots, strict=True):
         yield from _places(inner, f"{path}{slot}.")
 
 
-def _numbers(each: _Member) -> Iterator[str]:
-    """Yield the states of the regions and of the histories of one machine, as numbers in C."""
-    names, image = each.names, image_of(each.names.chart)
+def _numbers(machine: _Member) -> Iterator[str]:
+    """Yield the states of one machine's regions and histories, as numbers in C."""
+    names, image = machine.names, image_of(machine.names.chart)
     for region in image.plan.regions:
         member = names.regions[region.index]
-        place = f"m->{each.path}{member}"
+        place = f"m->{machine.path}{member}"
         is_shared = region.index in names.shared
-        there = member in each.members
+        there = member in machine.members
         plain = f"(uint16_t)({place} < {RECORDED}u ? {place} : 0u)" if is_shared else place
         yield plain if there else "0u"
     for history, of in image.histories:
         member = names.recorded(history, of)
-        place = f"m->{each.path}{member}"
+        place = f"m->{machine.path}{member}"
         is_shared = names.shared.get(of) == history
         above = f"(uint16_t)({place} > {RECORDED}u ? {place} - {RECORDED}u : 0u)"
-        yield (above if is_shared else place) if member in each.members else "0u"
+        yield (above if is_shared else place) if member in machine.members else "0u"

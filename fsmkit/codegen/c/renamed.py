@@ -1,4 +1,4 @@
-"""Names of a chart that are different in C."""
+"""Names of a chart that differ in C."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.emit import plain as unguarded
 from fsmkit.language import EnumType
 
 MOST = 5
-"""How many names a message lists."""
+"""The greatest number of names in a message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ def report_names(names: Names, findings: Findings, *, is_prefixed: bool = False)
 
 
 def renamed(names: Names) -> list[Renamed]:
-    """Return the names that are different in C, or are written in other letters.
+    """Return the names that differ in C, or in case.
 
     The binding's own choices are not among them.
     """

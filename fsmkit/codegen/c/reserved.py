@@ -1,4 +1,4 @@
-"""Names that nothing of a chart may have in C."""
+"""Names that the C of a chart cannot use."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ def _words(text: str) -> frozenset[str]:
 
 
 KEYWORDS = WORDS | {"m", "linux", "unix"}
-"""Of C and C++ both, since the header is read by either; ``m`` is the machine everywhere."""
+"""Keywords of C and C++, since both include the header; ``m`` is always the machine."""
 
 LOCALS = KEYWORDS | _words(
     "e i copy result NULL int8_t int16_t int32_t int64_t uint8_t uint16_t uint32_t uint64_t"
 )
-"""And what a parameter cannot be called: what the functions that take it name themselves."""
+"""Names that a parameter cannot have: those that the functions with parameters declare."""
 
 MACROS = re.compile(
     r"FSM_.*|U?INT(_LEAST|_FAST)?\d+_(MAX|MIN|C)|(U?INT(MAX|PTR)|PTRDIFF|SIZE|SIG_ATOMIC|WCHAR|WINT)"
@@ -30,14 +30,14 @@ MACROS = re.compile(
 """Macros of the standard headers (C99 7.1.3, annex B), of compilers, and of the library; types."""
 
 UNDERSCORED = re.compile(r"_[A-Z_].*")
-"""What C keeps for itself wherever it stands (C99 7.1.3): ``_Bool``, ``__LINE__``."""
+"""Identifiers that C reserves in every scope (C99 7.1.3): ``_Bool``, ``__LINE__``."""
 
 HEADERS = _words(
     "assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal "
     "stdalign stdarg stdatomic stdbool stddef stdint stdio stdlib stdnoreturn string tgmath "
     "threads time uchar wchar wctype fsm fsm_bytes main"
 )
-"""What a machine cannot be called, since its header would hide another, or it `main`."""
+"""Names that a machine cannot have, since its header would hide another, or `main`."""
 
 INSIDE = _words(
     "acted acting allowance answer at before below bytes cause coming count counter deadline "
@@ -48,10 +48,10 @@ INSIDE = _words(
     "size state states symbol taken tell texts timer timers t to transition until value w was what "
     "whole why wins word words"
 )
-"""Nor how its own functions call what they hold: its type would be hidden there."""
+"""Names that a machine cannot have, since its functions use them and would hide its type."""
 
 COUNTED = re.compile(r"(copy|holds|item|way|[dinostvw])_?\d+|was_\d+_\d+|(let|of_\d+)_\w+")
-"""Nor those made by number, nor local variables and parameters of functions."""
+"""Numbered local variables and parameters, which likewise would hide its type."""
 
 GROUPS = _words("in out data fsm spare_")
 """Members of the struct beside the machines in its slots."""
@@ -61,7 +61,7 @@ MEMBERS = _words(
     "queue_count deferred_count internal_count delayed_count running finished busy "
     "reply asked unhandled rejected spare_"
 )
-"""Members of the machine's own group, whose others are made of names of states."""
+"""Members of the machine's own group; its other members are named after states."""
 
 FUNCTIONS = _words(
     "init start post run dispatch next_deadline in finished fault active rebase state event symbol "
@@ -79,22 +79,22 @@ FUNCTIONS = _words(
     "save restore info driver "
     "sample apply cycle bind"
 )
-"""What follows the prefix in the names of functions and types that every machine has."""
+"""The names after the prefix in functions and types of every machine."""
 
 FAMILIES = re.compile(
     r"leave_\d+_above|(leave|state|always|guard|ask|block|part|select_event|select_eventless)_\d+"
     r"|(block|guard)_\d+_of|(data|in|out)_at_\d+|(call|post|send)_.*"
 )
-"""And of those that are made by number or by name."""
+"""Numbered and derived names of functions."""
 
 FIXED_MACROS = re.compile(
     "H|QUEUE|INTERNAL|MICROSTEPS|TICK_US|TIMERS|STRUCT_BYTES|SAVED_BYTES|DELAYED|STATES|EVENTS"
     "|NO_EVENT|DEFER|REGIONS"
 )
-"""What follows the prefix in the macros that machines have."""
+"""The names after the prefix in the macros of machines."""
 
 TAKEN_MACROS = re.compile(rf"{FIXED_MACROS.pattern}|(SLOT|STATE|EVENT|TIMER|TO)_.*")
-"""The same, and the constants made of names."""
+"""The same, and constants with derived names."""
 
 TO_INVOKE = "to_invoke_"
 """The member with a bit for each state that invokes something."""
@@ -103,14 +103,14 @@ INVOKING = _words(
     "start_given abandon return to_invoker invoke run_invoked go_on external complete tell_end "
     "step_timer_within"
 )
-"""What follows the prefix in machines that invoke others or are invoked, too."""
+"""The names after the prefix in machines that invoke others or are invoked."""
 
 NUMBERED = re.compile(r"(absorb|give|end|holder_of|to_invoked)_\d+")
-"""The same by number."""
+"""The numbered ones of these names."""
 
 
 def unreserved(name: str) -> str:
-    """Return a name that stands alone in C: no macro, and nothing that C keeps for itself."""
+    """Return a name that is valid alone in C: no macro and no reserved identifier."""
     found = legal(name)
     if UNDERSCORED.fullmatch(found):
         return f"v{found}"

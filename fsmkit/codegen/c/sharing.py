@@ -1,8 +1,8 @@
 """Regions whose byte holds the record of a history while the region is not active.
 
-A deep history of a parallel state that is forgotten when that is entered (`chart.histories`) holds
-something exactly while the regions of the parallel state are not active, when their bytes would be
-0. So such a byte holds ``RECORDED`` plus the number of what was active last.
+A parallel state's entry clears its deep history (`chart.histories`). Such a history is recorded
+only while the regions of the parallel state are not active and their bytes would be 0. The byte
+then holds ``RECORDED`` plus the number of the last active state.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ RECORDED = 0x80
 
 
 def shared_bytes(plan: Plan) -> dict[int, int]:
-    """Return by region the history whose record its byte holds; the first of several does so."""
+    """Return by region the history whose record its byte holds, the first if several do."""
     found: dict[int, int] = {}
     for parent, histories in enumerate(plan.forgotten):
         deep = [h for h in histories if plan.chart.states[h].kind is Kind.DEEP_HISTORY]

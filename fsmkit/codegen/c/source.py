@@ -8,11 +8,11 @@ from fsmkit.codegen.c.coverage import is_counted, print_access, print_counters
 from fsmkit.codegen.c.expressions.cases import default
 from fsmkit.codegen.c.expressions.content import ROUTES, ContentPrinter
 from fsmkit.codegen.c.expressions.functions import print_functions
-from fsmkit.codegen.c.expressions.types import loaded, passed_type
+from fsmkit.codegen.c.expressions.types import loaded, parameter_type
 from fsmkit.codegen.c.forms import Form
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.interface import InterfacePrinter
-from fsmkit.codegen.c.ir import Unit, reachable, spelt
+from fsmkit.codegen.c.ir import Unit, reachable, resolve_prefixes
 from fsmkit.codegen.c.layout import narrowest
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.pieces import print_pieces
@@ -47,7 +47,7 @@ class SourcePrinter:
         self.invocation = InvocationPrinter(names, content)
         self.reactions = ReactionPrinter(names, content, self.form, self.selection)
         self.answers = Unit()
-        """Functions that answer events, which the loop calls."""
+        """The functions that handle events, which the loop calls."""
         self.states = Unit()
         self.selectors = Unit()
         self.steps = Unit()
@@ -81,7 +81,7 @@ class SourcePrinter:
         InterfacePrinter(names).print(out)
         if is_counted(names):
             print_access(out, names)
-        return spelt(reachable(out.definitions()), names.prefix, names.upper)
+        return resolve_prefixes(reachable(out.definitions()), names.prefix, names.upper)
 
     # --- parts ----------------------------------------------------------------------------
 
@@ -101,12 +101,12 @@ class SourcePrinter:
         print_allowed(out, names)
 
     def _calls(self, out: Unit) -> None:
-        """Print the wrappers of operations and of events that leave."""
+        """Print the wrappers of operations and of outgoing events."""
         names = self.names
         p = names.own
         for operation in self.chart.operations:
             fields, result = operation.parameters, operation.result
-            ctype = "void" if result is None else passed_type(result, names)
+            ctype = "void" if result is None else parameter_type(result, names)
             name = names.operations[operation.name]
             head = f"static {ctype} {p}_call_{name}({p} *m{parameters(fields, names)})"
             passed = "".join(f", {names.field(part.name)}" for part in fields)

@@ -1,14 +1,14 @@
-"""The source that is compiled instead of a machine's own to have a trace and a log of it.
+"""The source that replaces a machine's own in builds with a trace and a log.
 
-It includes the machine's source under hooks and other names for what the host calls, so that the
-machine itself holds nothing of all that. What does not depend on the chart is in ``fsm_traced.h``.
+It includes the machine's source under hooks and other names for the host's calls. The machine
+itself therefore contains no observation code. The chart-independent part is in ``fsm_traced.h``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from fsmkit.codegen.c.expressions.types import loaded, passed_type
+from fsmkit.codegen.c.expressions.types import loaded, parameter_type
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.info import Machines, within
 from fsmkit.codegen.c.names import Names
@@ -19,11 +19,11 @@ from fsmkit.language import EnumType, Field
 from fsmkit.plan.image import codes, image_of, size_of
 
 CALL = 18
-"""Bytes of the record of a call besides inputs and event, at most."""
+"""The bytes of a call's record beside inputs and event, at most."""
 
 
 def tracing_source(machines: Machines) -> str:
-    """Return the text for machines, those in the slots before those that hold them."""
+    """Return the source for machines; those in slots precede those that hold them."""
     outer = machines[-1][0]
     out = Emitter()
     what = comment("the machine " + outer.chart.name + ", with a trace and a log")
@@ -41,7 +41,7 @@ def tracing_source(machines: Machines) -> str:
 
 
 def _print(out: Emitter, names: Names, members: frozenset[str], number: int) -> None:
-    """Print one machine with what surrounds its source."""
+    """Print one machine: the definitions for its source, and the source."""
     p, chart = names.prefix, names.chart
     used = [o for o in chart.operations if "call " + o.name in names.used]
     defined = {
@@ -79,10 +79,10 @@ def _room(names: Names) -> int:
 
 
 def _logged(out: Emitter, names: Names, name: str, number: int) -> None:
-    """Print a function that calls an operation and logs that, and let it be called so."""
+    """Print a function that calls an operation and logs it, and a macro that uses it."""
     operation, p = names.chart.operations[number], names.prefix
     result, fields = operation.result, operation.parameters
-    ctype = "void" if result is None else passed_type(result, names)
+    ctype = "void" if result is None else parameter_type(result, names)
     logged = f"fsm_{p}_logged_{name}"
     out.line(f"static {ctype} {logged}({p} *m{parameters(fields, names)})")
     with out.block("{"):
@@ -101,9 +101,9 @@ def _logged(out: Emitter, names: Names, name: str, number: int) -> None:
 
 
 def print_observed(out: Emitter, names: Names, observed: str, more: Iterable[str] = ()) -> None:
-    """Print the source with other names for what the host calls, then what the host calls.
+    """Print the source with other names for the host's calls, then these functions.
 
-    ``observed``: how the header of the observer is called; ``more``: declarations that it needs.
+    ``observed``: the name of the observer's header; ``more``: declarations that it needs.
     """
     p, calls = names.prefix, f"FSM_{observed.upper()}_CALLS"
     verbs = ["start", *(["run"] if names.does.runs else []), "dispatch"]

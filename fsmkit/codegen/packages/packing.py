@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fsmkit.chart.analysis.host_events import sent_events
-from fsmkit.codegen.c.expressions.types import passed_type
+from fsmkit.codegen.c.expressions.types import parameter_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.diagnostics import fail
@@ -97,7 +97,7 @@ def stub(
 ) -> None:
     """Print a function of the host that does nothing."""
     p = names.prefix
-    ctype = "void" if result is None else passed_type(result, names)
+    ctype = "void" if result is None else parameter_type(result, names)
     out.line(f"{ctype} {p}_{name}({p} *m{parameters(fields, names)})")
     with out.block("{"):
         out.line("(void)m;")

@@ -23,7 +23,7 @@ from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.family import Member, family_of, is_alone
 from fsmkit.codegen.python.head import print_head, print_start, wrapped
 from fsmkit.codegen.python.lines import Lines, Piece, Uses
-from fsmkit.codegen.python.linking import LINK, ME, spelt
+from fsmkit.codegen.python.linking import LINK, ME, resolve_links
 from fsmkit.codegen.python.names import Names, members_of
 from fsmkit.codegen.python.selection import (
     bit,
@@ -107,7 +107,7 @@ def module_text(
         *(piece.text for piece in parts),
         *(["\n".join(map(coverage.area_text, members))] if covered else []),
     )
-    return spelt("\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n")
+    return resolve_links("\n\n\n".join(piece.strip("\n") for piece in pieces if piece) + "\n")
 
 
 def _text(constants: Iterable[Piece], used: Collection[str]) -> str:
@@ -224,7 +224,9 @@ def enumerations(names: Names) -> Iterator[str]:
 def _values(names: Names) -> list[Piece]:
     """Return the members of enumerations as plain integers, which a step computes with."""
     return [
-        Piece(spelt(name), f"{spelt(name)} = {names.enumerations[type_]}.{own}.value")
+        Piece(
+            resolve_links(name), f"{resolve_links(name)} = {names.enumerations[type_]}.{own}.value"
+        )
         for (type_, value), name in names.members.items()
         for own, number in zip(members_of(type_), type_.numbers, strict=True)
         if number == value
@@ -240,7 +242,10 @@ def _bits(plan: Plan, names: Names) -> list[Piece]:
     if plan.is_single:
         texts |= relations.configurations(plan, names)
     texts |= {name: str(index) for index, name in names.timers.items()}
-    return [Piece(spelt(name), f"{spelt(name)} = {text}") for name, text in texts.items()]
+    return [
+        Piece(resolve_links(name), f"{resolve_links(name)} = {text}")
+        for name, text in texts.items()
+    ]
 
 
 def host(names: Names, members: list[tuple[Member, Needs]]) -> str:

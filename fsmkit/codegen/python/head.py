@@ -10,7 +10,7 @@ from fsmkit.codegen.python.content import Needs
 from fsmkit.codegen.python.expressions import Printer, spell
 from fsmkit.codegen.python.family import Member
 from fsmkit.codegen.python.lines import Lines
-from fsmkit.codegen.python.linking import ME, spelt
+from fsmkit.codegen.python.linking import ME, resolve_links
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import decimal
 from fsmkit.document.document import Trigger
@@ -177,12 +177,12 @@ def wrapped(out: Lines, opening: str, parts: list[str], closing: str) -> None:
     """Print a sequence on one line, or else on as many as it takes."""
     comma = "," if len(parts) == 1 and closing.startswith(")") else ""
     whole = f"{opening}{', '.join(parts)}{comma}{closing}"
-    if len(spelt(whole)) + 4 <= WIDTH:
+    if len(resolve_links(whole)) + 4 <= WIDTH:
         out.line(whole)
         return
     rows, row = [], ""
     for part in parts:
-        if row and len(spelt(row + part)) + 10 > WIDTH:
+        if row and len(resolve_links(row + part)) + 10 > WIDTH:
             rows.append(row.rstrip())
             row = ""
         row += f"{part}, "

@@ -1,9 +1,9 @@
-"""Names in printed Python that are links: what a definition refers to is known, not searched.
+"""Names in printed Python that are links, so the references of a definition are known.
 
-While a module is printed, a name of a method, an attribute, a constant or a helper stands behind
-a control character, which no text of a chart brings along (`fsmkit.emit.lines`). So a piece knows
-all that it refers to, whoever made its lines; what no other piece reaches is left out, and `spelt`
-takes the marks away at the very end.
+The printed module contains a control character before each name of a method, an attribute, a
+constant or a helper (`fsmkit.emit.lines`: no text of a chart contains it). A piece therefore has
+all names that it refers to, whatever printed its lines. Unreferenced pieces are omitted, and
+`resolve_links` finally removes the marks.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ OWN = "\x02"
 ME = f"self.{OWN}"
 """Before an attribute of the machine."""
 NAME = f"{ascii_letters}{digits}_"
-"""What names are made of: `emit.identifiers.legal` gives no other."""
+"""The characters of names: `emit.identifiers.legal` returns no others."""
 
 
 def linked(text: str, mark: str = LINK) -> frozenset[str]:
@@ -26,6 +26,6 @@ def linked(text: str, mark: str = LINK) -> frozenset[str]:
     return frozenset(part[: len(part) - len(part.lstrip(NAME))] for part in parts)
 
 
-def spelt(text: str) -> str:
+def resolve_links(text: str) -> str:
     """Return a text as Python reads it."""
     return text.replace(LINK, "").replace(OWN, "")

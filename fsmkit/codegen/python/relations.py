@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.chart.chart import Chart, Transition
-from fsmkit.codegen.python.linking import LINK, spelt
+from fsmkit.codegen.python.linking import LINK, resolve_links
 from fsmkit.codegen.python.names import Names
 from fsmkit.codegen.python.selection import has_regions
 from fsmkit.document.document import Trigger
@@ -57,4 +57,4 @@ def configurations(plan: Plan, names: Names) -> dict[str, str]:
 
 def configuration(names: Names, state: int) -> str:
     """Return the constant of a state: ``C_IDLE`` for ``S_IDLE``."""
-    return f"{LINK}C{spelt(names.states[state])[1:]}" if state else names.states[0]
+    return f"{LINK}C{resolve_links(names.states[state])[1:]}" if state else names.states[0]

@@ -11,7 +11,7 @@ from fsmkit.chart.statements import Destination, Log, Send
 from fsmkit.codegen.python import template
 from fsmkit.codegen.python.expressions import spell
 from fsmkit.codegen.python.lines import Lines, Piece
-from fsmkit.codegen.python.linking import linked, spelt
+from fsmkit.codegen.python.linking import linked, resolve_links
 from fsmkit.codegen.python.names import distinct, identifier, members_of
 from fsmkit.codegen.python.relations import describe
 from fsmkit.codegen.python.sending import annotation
@@ -62,7 +62,9 @@ def module_text(chart: Chart) -> str:
         steps_text(moves.facts),
         _machine(moves),
     )
-    return spelt("\n\n\n".join(piece.strip("\n") for piece in pieces if piece.strip()) + "\n")
+    return resolve_links(
+        "\n\n\n".join(piece.strip("\n") for piece in pieces if piece.strip()) + "\n"
+    )
 
 
 # --- parts of the module ----------------------------------------------------------------------

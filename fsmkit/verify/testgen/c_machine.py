@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Operation
 from fsmkit.codegen.c.expressions.expressions import Printer
-from fsmkit.codegen.c.expressions.types import passed_type
+from fsmkit.codegen.c.expressions.types import parameter_type
 from fsmkit.codegen.c.header import event_type, parameters
 from fsmkit.codegen.c.naming import name_everything
 from fsmkit.codegen.c.storage import storage
@@ -106,7 +106,7 @@ class MachineTest:
 
     def _answers(self, operation: Operation) -> None:
         out, result = self.out, operation.result
-        stored = "void" if result is None else passed_type(result, self.names)
+        stored = "void" if result is None else parameter_type(result, self.names)
         name = self.names.operations[operation.name]
         out.line(
             f"{stored} {self.type}_{name}({self.type} *m"

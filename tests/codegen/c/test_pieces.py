@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.chart.loading import load
-from fsmkit.codegen.c.ir import OWN, Unit, reachable, spelt
+from fsmkit.codegen.c.ir import OWN, Unit, reachable, resolve_prefixes
 from fsmkit.codegen.c.naming import name_everything
 from fsmkit.codegen.c.pieces import FOLDER
 from fsmkit.plan import lower
@@ -69,7 +69,7 @@ def test_what_nothing_reaches_is_left_out() -> None:
         unit.lines([f"static void {OWN}_{name}(void) {{ {OWN}_{uses}(); }}", ""])
     unit.define()
     unit.line(f"void {OWN}_start(void) {{ {OWN}_c(); }}")
-    assert spelt(reachable(unit.definitions()), "m", "M") == (
+    assert resolve_prefixes(reachable(unit.definitions()), "m", "M") == (
         "static void m_c(void) { m_d(); }\n\n"
         "static void m_d(void) { m_d(); }\n\n"
         "void m_start(void) { m_c(); }\n"

@@ -199,7 +199,7 @@ names:
 @pytest.mark.parametrize(
     ("names", "rule", "message"),
     [
-        ("type Mode: mode_code", "unfit-binding", "does not begin as"),
+        ("type Mode: mode_code", "unfit-binding", "lacks the prefix"),
         ("operation ask: wide_init", "c-name-taken", "`wide_init` is taken"),
         ("operation ask: wide_weigh", "c-name-taken", "wide_weigh"),
         ("constant BIG: WIDE_BIG", "unfit-binding", "has no name in C"),

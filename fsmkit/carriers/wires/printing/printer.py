@@ -26,7 +26,7 @@ from fsmkit.carriers.wires.board import (
 )
 from fsmkit.carriers.wires.printing.formulas import FormulaPrinter, plain_name
 from fsmkit.carriers.wires.printing.names import BoardNames, names_of
-from fsmkit.codegen.c.expressions.types import passed_type
+from fsmkit.codegen.c.expressions.types import parameter_type
 from fsmkit.codegen.c.header import NOTICE, parameters
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter, Namer, printing
@@ -491,7 +491,7 @@ class _Source:
             first = f"{self.names.node.prefix} *s"
         lines = [f"{board.value(n)} = {printer.formula(value)};" for n, value in port.sets]
         lines += self._returned(port, printer, result)
-        returned = "void" if result is None else passed_type(result, names)
+        returned = "void" if result is None else parameter_type(result, names)
         with out.function(f"{returned} {name}({first}{parameters(fields, names)})"):
             if board.is_used:
                 out.line(
@@ -521,7 +521,7 @@ class _Source:
             span = integer_bounds(result)
             if not isinstance(result, BoolType) and span is not None:
                 text = f"fsm_io_clamp({text}, {number_of(span[0])}, {number_of(span[1])})"
-        cast = "" if isinstance(result, BoolType) else f"({passed_type(result, names)})"
+        cast = "" if isinstance(result, BoolType) else f"({parameter_type(result, names)})"
         yield f"return {cast}({text});" if cast else f"return {text};"
 
 

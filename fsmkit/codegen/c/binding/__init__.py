@@ -1,1 +1,1 @@
-"""A machine that is bound to the host's own C: its part of the header, and a source beside it."""
+"""Bindings to existing C: the bound part of the header, and the source that joins both."""

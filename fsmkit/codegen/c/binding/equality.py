@@ -13,7 +13,7 @@ GREATEST_SIGNED = 2**63 - 1
 
 
 def equalities(names: Names) -> Iterator[str]:
-    """Yield a declaration for each constant and each member of an enumeration that is bound."""
+    """Yield a declaration for each bound constant and each member of a bound enumeration."""
     binding = names.options.binding
     if binding is None:
         return
@@ -37,9 +37,9 @@ def _number(literal: Literal) -> int:
 
 
 def _equality(name: str, bound: Bound, value: int) -> str:
-    """Return an array type that has a length below zero where an expression has another value.
+    """Return an array type whose length is negative if an expression has another value.
 
-    The sign is asked for by itself: 4294967295u and -1 are equal in C (C99 6.3.1.8).
+    The sign is compared separately: 4294967295u and -1 are equal in C (C99 6.3.1.8).
     """
     text = f"({bound.expression.replaced({})})"
     test = f"{text} == ({literal(value)})"
@@ -52,7 +52,7 @@ def _equality(name: str, bound: Bound, value: int) -> str:
 
 
 def literal(value: int) -> str:
-    """Spell a number that is no wider than it must be (C99 6.4.4.1)."""
+    """Format an integer constant of the narrowest type that holds it (C99 6.4.4.1)."""
     if value == -GREATEST_SIGNED - 1:
         return f"-{GREATEST_SIGNED} - 1"
     return f"{value}u" if value > GREATEST_SIGNED else str(value)

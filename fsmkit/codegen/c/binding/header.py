@@ -1,7 +1,7 @@
-"""What a binding changes in the header of a machine: its enumerations are those of the host.
+"""The bound part of a machine's header: its enumerations are those of the host.
 
-With ``FSM_UNBOUND`` defined they are the machine's own again, so that it compiles without the
-headers of the host; the source of the machine is the same text in all cases.
+With ``FSM_UNBOUND`` defined, the machine declares its own enumerations. It then compiles without
+the host's headers. The source of the machine is the same text in both cases.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ if TYPE_CHECKING:
     from fsmkit.codegen.c.names import Names
 
 SMALLEST_INT = range(-32767, 32768)
-"""What an enumerator may be with every compiler (C99 5.2.4.2.1, 6.7.2.2)."""
+"""The range of an enumerator that every compiler accepts (C99 5.2.4.2.1, 6.7.2.2)."""
 
 
 def bound_enumeration(names: Names, type_: EnumType) -> BoundType | None:
-    """Return the type of the host that an enumeration of the chart is, if it is bound."""
+    """Return the host's type for an enumeration of the chart, or None if it is not bound."""
     binding = names.options.binding
     return None if binding is None else binding.types.get(plain(type_.name))
 
 
 def print_includes(out: Emitter, names: Names) -> None:
-    """Print the headers of the host, if they declare what is in the header of the machine.
+    """Print the includes of the host's headers, if the machine's header needs their declarations.
 
-    They come before the guard of the header: one of them may embed the machine, and then includes
-    this header while it is included itself. It finds the machine declared all the same.
+    They precede the include guard. One of them may embed the machine and therefore include this
+    header recursively. The machine is declared in that case, too.
     """
     binding = names.options.binding
     enumerations = [type_ for type_ in names.chart.types if isinstance(type_, EnumType)]
@@ -44,7 +44,7 @@ def print_includes(out: Emitter, names: Names) -> None:
 
 @contextmanager
 def or_bound(out: Emitter, names: Names, type_: EnumType) -> Iterator[None]:
-    """Put the declaration of an enumeration that is printed inside beside the bound one."""
+    """Print the declaration of an unbound enumeration as the alternative to the bound one."""
     bound = bound_enumeration(names, type_)
     if bound is None:
         yield
@@ -59,7 +59,7 @@ def or_bound(out: Emitter, names: Names, type_: EnumType) -> Iterator[None]:
 
 
 def exported(names: Names, macro: str, value: int) -> str:
-    """Return the declaration of a constant of the chart, as the binding wants it."""
+    """Return the declaration of a constant of the chart in the form that the binding selects."""
     binding = names.options.binding
     text = str(value) if value >= 0 else f"({value})"
     if binding is None or binding.exports is not Exports.ENUM or value not in SMALLEST_INT:

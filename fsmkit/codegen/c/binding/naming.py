@@ -1,4 +1,4 @@
-"""Whether the names that a binding chooses are those that the machine has."""
+"""Check the names that a binding chooses against those of the machine."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from fsmkit.diagnostics import Findings
 from fsmkit.emit import plain
 
 PREFIXED = ("type", "operation")
-"""What begins with the prefix of the machine, as its functions and types do."""
+"""Kinds whose names start with the prefix of the machine, as its functions and types do."""
 NUMBERS = ("constant",)
 
 
 def report_chosen(names: Names, findings: Findings) -> None:
-    """Report chosen names that lack the prefix, or that C or the machine has for another thing."""
+    """Report chosen names that lack the prefix, or that C or the machine uses otherwise."""
     binding = names.options.binding
     if binding is None:
         return
@@ -22,7 +22,7 @@ def report_chosen(names: Names, findings: Findings) -> None:
         if chosen.kind in PREFIXED and not chosen.text.startswith(begin):
             findings.add(
                 "unfit-binding",
-                f"`{chosen.text}` does not begin as all functions and types of the machine do",
+                f"`{chosen.text}` lacks the prefix of the machine's functions and types",
                 chosen.place,
                 help=f"call it `{begin}{chosen.text}`",
             )
@@ -45,7 +45,7 @@ def report_chosen(names: Names, findings: Findings) -> None:
 
 
 def _found(names: Names, chosen: ChosenName) -> str | None:
-    """Return the identifier, or the word of identifiers, that something got."""
+    """Return the identifier in the generated C, or the word that its identifiers contain."""
     kind, name = chosen.kind, chosen.name
     if kind == "type":
         return names.enumerations.get(name) or names.records.get(name)

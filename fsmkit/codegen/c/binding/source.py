@@ -5,7 +5,7 @@ from __future__ import annotations
 from fsmkit.chart.analysis.host_events import sent_events
 from fsmkit.codegen.c.binding.equality import equalities
 from fsmkit.codegen.c.binding.values import HELPERS, Values
-from fsmkit.codegen.c.expressions.types import passed_type
+from fsmkit.codegen.c.expressions.types import parameter_type
 from fsmkit.codegen.c.header import banner, parameters
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
@@ -29,7 +29,7 @@ def bound_sources(names: Names) -> dict[str, str]:
 
 
 class _Printer:
-    """Prints both."""
+    """Prints the source and its header."""
 
     def __init__(self, names: Names, binding: Binding) -> None:
         self.names = names
@@ -123,7 +123,7 @@ class _Printer:
             if bound is None:
                 continue
             result = operation.result
-            returned = "void" if result is None else passed_type(result, names)
+            returned = "void" if result is None else parameter_type(result, names)
             given = parameters(operation.parameters, names)
             head = f"{returned} {p}_{names.operations[operation.name]}({p} *m{given})"
             with out.function(head):
@@ -149,11 +149,11 @@ class _Printer:
     def _call(
         self, out: Emitter, bound: Bound, fields: tuple[Field, ...], result: Type | None
     ) -> str:
-        """Print what the expression of a call needs; return the expression."""
+        """Print the statements that a call's expression needs; return the expression."""
         used = bound.expression.names
         instead = {plain(field.name): self.names.field(field.name) for field in fields}
         counts = result is not None and not bound.is_trusted and not isinstance(result, BoolType)
-        self._begin(out, used, set(instead), is_counting=counts and self._is_counted)
+        self._declare_context(out, used, set(instead), is_counting=counts and self._is_counted)
         for field in fields:
             name = plain(field.name)
             own = instead[name]
@@ -166,7 +166,7 @@ class _Printer:
             return bound.expression.operand(instead)
         return bound.expression.replaced(instead)
 
-    def _begin(
+    def _declare_context(
         self, out: Emitter, used: frozenset[str], own: set[str], *, is_counting: bool = False
     ) -> None:
         """Print the context, if an expression uses it, and that the machine may be unused."""
@@ -180,7 +180,7 @@ class _Printer:
             out.line("(void)m;")
 
     def _return(self, out: Emitter, bound: Bound, result: Type, text: str) -> None:
-        """Print that a result is returned, within its range."""
+        """Print the return statement for a result, within its range."""
         names = self.names
         if isinstance(result, BoolType):
             self.values.require_whole(out, text)
@@ -211,7 +211,7 @@ class _Printer:
         with out.function(f"uint16_t {p}_sample({p} *m)"):
             used = frozenset(name for _, each in bound for name in each.expression.names)
             out.line("uint16_t fsm_rejected = 0u;")
-            self._begin(out, used | ({MACHINE} if bound else set()), set())
+            self._declare_context(out, used | ({MACHINE} if bound else set()), set())
             for variable, each in bound:
                 target = f"m->{names.variables[variable.name]}"
                 text = each.expression.operand({})
@@ -229,7 +229,7 @@ class _Printer:
         bound = [(variable, each) for variable, each in outputs if each is not None]
         with out.function(f"void {p}_apply({p} *m)"):
             used = frozenset(name for _, each in bound for name in each.expression.names)
-            self._begin(out, used | ({MACHINE} if bound else set()), set())
+            self._declare_context(out, used | ({MACHINE} if bound else set()), set())
             for variable, each in bound:
                 stored = f"m->{names.variables[variable.name]}"
                 if not each.is_setter:
@@ -239,7 +239,7 @@ class _Printer:
                     if isinstance(variable.type, RecordType):
                         self.values.converted(out, variable.type, stored, VALUE)
                     else:
-                        ctype = passed_type(variable.type, names)
+                        ctype = parameter_type(variable.type, names)
                         given = self.values.given(variable.type, stored)
                         out.line(f"const {ctype} {VALUE} = {given};")
                     out.line(f"{each.expression.text};")

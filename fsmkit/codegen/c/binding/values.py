@@ -1,6 +1,6 @@
-"""Values on their way between a machine and the host's own C: tested, copied, converted.
+"""Values passed between a machine and the host's C: tested, copied, converted.
 
-Names of the host stand in the same functions, so locals begin with ``fsm_``.
+The same functions contain names of the host, so the local variables start with ``fsm_``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import field as dataclass_field
 
 import fsmkit.language as lang
 from fsmkit.codegen.c.binding.equality import literal
-from fsmkit.codegen.c.expressions.types import passed_type
+from fsmkit.codegen.c.expressions.types import parameter_type
 from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.storage import storage
 from fsmkit.codegen.existing_c.model import BoundType
@@ -19,7 +19,7 @@ from fsmkit.language.conversion import integer_bounds
 
 GREATEST_SIGNED = 2**63 - 1
 WIDEST = ((-GREATEST_SIGNED - 1, GREATEST_SIGNED), (0, 2 * GREATEST_SIGNED + 1))
-"""Ranges that nothing is outside of."""
+"""Ranges that contain every value of a signed and of an unsigned integer."""
 WITHIN = """
 /* The nearest value of a range; a value outside of it is counted. */
 static int64_t fsm_bind_within(int64_t value, int64_t least, int64_t most, uint16_t *rejected)
@@ -39,24 +39,24 @@ HELPERS = {"within": WITHIN, "within_unsigned": WITHIN_UNSIGNED}
 
 @dataclass
 class Values:
-    """Prints how values are taken and given; ``used``: the helpers that this needs."""
+    """Prints the transfer of values in both directions. ``used``: the helpers that this needs."""
 
     names: Names
     used: set[str] = dataclass_field(default_factory=set)
 
     def bound(self, type_: lang.Type) -> BoundType | None:
-        """Return the type of the host that a type of the chart is."""
+        """Return the host's type for a type of the chart."""
         binding = self.names.options.binding
         if binding is None or not isinstance(type_, lang.EnumType | lang.RecordType):
             return None
         return binding.types.get(plain(type_.name))
 
-    def passed(self, type_: lang.Type) -> str:
-        """Return the C type of a value as the host's expressions have it."""
+    def value_type(self, type_: lang.Type) -> str:
+        """Return the C type that the host's expressions have for a value."""
         found = self.bound(type_)
         if isinstance(type_, lang.RecordType) and found is not None:
             return found.type
-        return passed_type(type_, self.names)
+        return parameter_type(type_, self.names)
 
     def take(
         self,
@@ -83,7 +83,7 @@ class Values:
                     self.take(out, element, each, stored, rejected, trusted=trusted)
             case lang.RecordType():
                 with out.block("{"):
-                    out.line(f"const {self.passed(type_)} fsm_given = {text};")
+                    out.line(f"const {self.value_type(type_)} fsm_given = {text};")
                     for part, member in self.members(type_):
                         stored = f"{target}.{self.names.field(part.name)}"
                         given = f"fsm_given.{member}"
@@ -93,14 +93,15 @@ class Values:
                 out.line(f"{target} = {given};")
 
     def require_whole(self, out: Emitter, text: str) -> None:
-        """Print what compiles for whole numbers alone, and evaluates nothing.
+        """Print a declaration that compiles only for whole numbers and evaluates nothing.
 
-        Compilers take pointers for `bool` in silence, and gcc a fraction for an enumeration.
+        Compilers silently convert pointers to `bool`, and gcc converts a fraction to an
+        enumeration.
         """
         out.line(f"(void)sizeof({text} % 2); /* a whole number */")
 
     def within(self, type_: lang.Type, text: str, rejected: str) -> str:
-        """Return the call that keeps a number within the range of its type, as that is stored."""
+        """Return the call that keeps a number within the range of its type."""
         interval = integer_bounds(type_)
         assert interval is not None  # noqa: S101  (a number)
         lo, hi = interval
@@ -121,7 +122,7 @@ class Values:
         *,
         trusted: bool,
     ) -> None:
-        """Print that a member is stored; of another value nothing is near, so the old one stays."""
+        """Print the store of an enumeration member; an unknown value leaves the old one."""
         names = self.names
         stored = storage(type_, names.records).text
         with out.block("{"):
@@ -145,7 +146,7 @@ class Values:
         *,
         trusted: bool,
     ) -> None:
-        """Print that a number is stored; infinities and what is no number are rejected."""
+        """Print the store of a floating-point number; infinities and NaN are rejected."""
         if trusted:
             out.line(f"{target} = {text};")
             return
@@ -159,14 +160,14 @@ class Values:
                 out.line(f"fsm_count({rejected});")
 
     def members(self, type_: lang.RecordType) -> list[tuple[lang.Field, str]]:
-        """Return the fields of a record, each with its member in the type of the host."""
+        """Return the fields of a record, each with its member in the host's type."""
         found = self.bound(type_)
         if found is None:
             return [(part, self.names.field(part.name)) for part in type_.fields]
         return [(part, found.fields[plain(part.name)].member.value) for part in type_.fields]
 
     def give(self, out: Emitter, type_: lang.Type, stored: str, target: str) -> None:
-        """Print that a value of the machine is assigned to what the host has."""
+        """Print the assignment of a machine's value to a variable of the host."""
         match type_:
             case lang.ArrayType(element, length):
                 with out.block(f"for (uint32_t fsm_i = 0u; fsm_i < {length}u; fsm_i++) {{"):
@@ -179,18 +180,18 @@ class Values:
                 out.line(f"{target} = {self.given(type_, stored)};")
 
     def given(self, type_: lang.Type, stored: str) -> str:
-        """Return a number of the machine as the host takes it."""
+        """Return a number of the machine as the host's type."""
         cast = (
             f"({self.names.enumerations[type_.name]})" if isinstance(type_, lang.EnumType) else ""
         )
         return f"{cast}{stored}"
 
     def converted(self, out: Emitter, type_: lang.RecordType, stored: str, name: str) -> None:
-        """Print a variable of the type of the host with the fields of a record."""
+        """Print a variable of the host's type with the fields of a record."""
         if self.bound(type_) is None:
-            out.line(f"const {self.passed(type_)} {name} = {stored};")
+            out.line(f"const {self.value_type(type_)} {name} = {stored};")
             return
-        out.line(f"{self.passed(type_)} {name};")
+        out.line(f"{self.value_type(type_)} {name};")
         out.line(f"fsm_clear(&{name}, sizeof {name});")
         for part, member in self.members(type_):
             own = f"{stored}.{self.names.field(part.name)}"
@@ -200,7 +201,7 @@ class Values:
                 out.line(f"{name}.{member} = {self._masked(part.type, own)};")
 
     def _masked(self, type_: lang.Type, stored: str) -> str:
-        """Return a field's value so that a compiler sees that a bit-field holds it."""
+        """Return a field's value in a form that a compiler accepts for a bit-field."""
         if not isinstance(type_, lang.IntType) or type_.lo < 0 or type_.hi > 0x7FFFFFFF:
             return self.given(type_, stored)
         width = type_.hi.bit_length()

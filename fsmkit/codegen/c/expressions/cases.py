@@ -1,4 +1,4 @@
-"""Cases of a switch in C, each of which ends in ``break``."""
+"""Cases of a switch in C, each ending in ``break``."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from fsmkit.emit import Emitter
 
 @contextmanager
 def case(out: Emitter, label: str) -> Iterator[None]:
-    """Print a case; ``label``: of a number, with a comment perhaps."""
+    """Print a case. ``label``: a number, with an optional comment."""
     out.open(f"case {label}")
     yield
     out.close("    break;")
 
 
 def default(out: Emitter) -> None:
-    """Print that all else does nothing."""
+    """Print an empty default case."""
     out.lines(["default:", "    break;"])

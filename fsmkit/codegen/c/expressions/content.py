@@ -1,7 +1,7 @@
 """Executable content in C.
 
-A block that can fail is a function of its own, which returns where the failure is noticed; the rest
-of it is thereby skipped. A block that cannot fail is printed where it stands.
+A block that can fail becomes a function. It returns at the failure and thereby skips the rest. A
+block that cannot fail is printed inline.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ ROUTES = {
 ALIKE = frozenset(
     {stmt.Assign, stmt.Raise, stmt.Send, stmt.Cancel, stmt.Log, stmt.CallOperation, stmt.Reply}
 )
-"""Statements whose text depends on nothing but their form and the events at hand."""
+"""Statements whose text depends only on their form and on the events that can be current."""
 Printed = tuple[tuple[str, ...], list[tuple[str, str]]]
 """Lines, and the variables that they need: types and names."""
 
 
 class ContentPrinter(StatementPrinter):
-    """Prints the blocks of one machine; functions for those that can fail go to ``functions``."""
+    """Prints the blocks of one machine; blocks that can fail become functions in ``functions``."""
 
     result: lang.Type | None = None
-    """The type that the block returns: that of a function (`expressions.functions`)."""
+    """The type that the block returns: the result type of a function (`expressions.functions`)."""
     _leave = "return;"
     """The statement that skips the rest of the block."""
 
@@ -57,20 +57,20 @@ class ContentPrinter(StatementPrinter):
         self.printer = Printer(names)
         self.functions = functions
         self._numbers = count(1)
-        """Of blocks that are functions."""
+        """The blocks that are functions."""
         self._conditions = 0
         self.copies: list[tuple[lang.Type, str]] = []
         self._texts: dict[tuple[int, tuple[int, ...]], Printed] | None = {}
-        """By their form and the events at hand; none are kept of names that note their use."""
+        """By form and current events. Names that record their use are not cached."""
 
     def under(self, names: Names) -> ContentPrinter:
-        """Return a printer of blocks of the same machine, with other names."""
+        """Return a printer for blocks of the same machine with other names."""
         other = copy_of(self)
         other._names, other._texts = names, None  # noqa: SLF001  (its own)
         return other
 
     def block(self, out: Emitter, block: stmt.Block, events: tuple[int, ...], what: str) -> None:
-        """Print one handler. ``events``: those that can be at hand; ``what`` it is, in words."""
+        """Print one handler. ``events``: those that can be current; ``what``: a description."""
         if not block:
             return
         texts, temporaries = self._printed(block, events)
@@ -78,12 +78,14 @@ class ContentPrinter(StatementPrinter):
             name = f"{self._names.own}_block_{next(self._numbers)}"
             self.functions.define(name)
             self.functions.line(f"/* {comment(what)} */")
-            self.functions.line(f"static void {name}({self._names.own} *m{self._names.taken})")
+            self.functions.line(
+                f"static void {name}({self._names.own} *m{self._names.copy_parameter})"
+            )
             with self.functions.block("{"):
                 _declare(self.functions, temporaries)
                 self.functions.lines(texts)
             self.functions.line()
-            out.line(f"{name}(m{self._names.passed});")
+            out.line(f"{name}(m{self._names.copy_argument});")
             out.line(f"{self._names.own}_end_block(m);")
             self._names.used.add("end_block")
         elif temporaries:
@@ -94,7 +96,7 @@ class ContentPrinter(StatementPrinter):
             out.lines(texts)
 
     def _printed(self, block: stmt.Block, events: tuple[int, ...]) -> Printed:
-        """Print the statements of a handler, once for all that are alike."""
+        """Print the statements of a handler, once for all equal handlers."""
         texts = self._texts
         if texts is None or any(each.__class__ not in ALIKE for each in block):
             return self._print(block, events)
@@ -124,7 +126,7 @@ class ContentPrinter(StatementPrinter):
         self.out.close()
 
     def _cancel(self, name: str) -> None:
-        self.out.lines(self._names.of_text(name, partial(_told, "FSM_CANCELLED")))
+        self.out.lines(self._names.of_text(name, partial(_text_hook, "FSM_CANCELLED")))
         self.out.line(f"{self._names.own}_cancel(m, {self._names.marked(name)});")
 
     def _local(self, variable: lang.Variable, value: lang.Expr) -> None:
@@ -155,7 +157,7 @@ class ContentPrinter(StatementPrinter):
         self.out.line("return;")
 
     def _invoke(self, slot: int, arguments: tuple[lang.Expr, ...]) -> None:
-        """Give the machine in a slot its data, and let it run its first macrostep."""
+        """Print the start of an invoked machine: its data, then its first macrostep."""
         names, out, printer = self._names, self.out, self.printer
         inside, member = names.invoked[slot], f"m->{names.slots[slot]}"
         invocation = names.chart.invocations[slot]
@@ -257,7 +259,7 @@ class ContentPrinter(StatementPrinter):
         out.close()
 
     def _route(self, statement: stmt.Send) -> str:
-        """Return the name of a way to send by; note that it is used."""
+        """Return the constant of a delivery route, and record its use."""
         names = self._names
         match statement.destination:
             case stmt.Destination.INVOKED:
@@ -280,7 +282,7 @@ class ContentPrinter(StatementPrinter):
             stored = storage(value.type, self._names.records).text
             out.line(f"{stored} v{number} = {printer.value(value)};")
         self._check(*values)
-        out.lines(self._names.of_text(label, partial(_told, "FSM_LOG")))
+        out.lines(self._names.of_text(label, partial(_text_hook, "FSM_LOG")))
         for number, value in enumerate(values):
             text = printer.value(value) if isinstance(value.type, lang.ArrayType) else f"v{number}"
             self._show(value, text)
@@ -315,7 +317,7 @@ class ContentPrinter(StatementPrinter):
             out.close()
 
     def _held(self, condition: str) -> str:
-        """Print that a condition which can fail is evaluated; return the name of its value."""
+        """Print the evaluation of a condition that can fail; return the variable with its value."""
         self._conditions += 1
         name = f"holds_{self._conditions}"
         self.out.line(f"bool {name} = {condition};")
@@ -369,7 +371,7 @@ class ContentPrinter(StatementPrinter):
 
 
 def show(out: Emitter, type_: lang.Type, text: str, names: Names) -> None:
-    """Print how a value is told to the hooks."""
+    """Print the call that passes a value to the hooks."""
     match type_:
         case lang.FloatType():
             out.line(f"FSM_HOOK_VALUE_F(m, {text});")
@@ -389,7 +391,7 @@ def show(out: Emitter, type_: lang.Type, text: str, names: Names) -> None:
             out.line(f"FSM_HOOK_VALUE_I(m, {text});")
 
 
-def _told(what: str, text: str) -> str:
+def _text_hook(what: str, text: str) -> str:
     return f"FSM_HOOK_TEXT(m, {what}, {quoted(text)}, 0);"
 
 

@@ -44,11 +44,11 @@ from fsmkit.plan.values import bounding, known_outcome, lowered
 class Printer(Operators, lang.Walk[Fragment]):
     """Prints the expressions of one block; collects the temporaries it needs.
 
-    ``event``: the event at hand if there is just one it can be; ``many``: those it can be.
+    ``event``: the current event if only one is possible; ``many``: all possible ones.
     """
 
     def value(self, expr: lang.Expr, type_: lang.Type | None = None) -> str:
-        """Return an expression ready to be stored in a variable of its type."""
+        """Return an expression as a value that can be stored in a variable of its type."""
         target = type_ if type_ is not None else expr.type
         assert target is not None  # noqa: S101
         fragment = self.fragment(lowered(expr))
@@ -57,7 +57,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         stored = storage(target, self.names.records).text
         return self.cast(fragment, stored)
 
-    def passed(self, expr: lang.Expr, type_: lang.Type) -> str:
+    def argument(self, expr: lang.Expr, type_: lang.Type) -> str:
         """Return an expression as the argument of a function."""
         if not isinstance(type_, lang.EnumType):
             return self.value(expr, type_)
@@ -102,7 +102,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         return Fragment(f"fsm_fails({self.failure()})", "bool")
 
     def loaded(self, text: str, type_: lang.Type) -> Fragment:
-        """Return a stored value as one to compute with."""
+        """Return a stored value in the type of computations."""
         if isinstance(type_, lang.BoolType):
             return Fragment(text, "bool")
         if isinstance(type_, lang.FloatType):
@@ -151,7 +151,9 @@ class Printer(Operators, lang.Walk[Fragment]):
         match expr:
             case lang.Variable(name, storage=lang.Storage.LOCAL):
                 return self.locals.get(name) or self.names.stand_in(name)
-            case lang.Variable(name, storage=lang.Storage.INPUT) if self.names.options.tells_reads:
+            case lang.Variable(name, storage=lang.Storage.INPUT) if (
+                self.names.options.observes_reads
+            ):
                 number = self.names.input_number(name)
                 return self.names.variable(name, f"FSM_HOOK_INPUT({self.machine}, {number})")
             case lang.Variable(name):
@@ -167,14 +169,14 @@ class Printer(Operators, lang.Walk[Fragment]):
                 raise AssertionError(expr)
 
     def index(self, index: lang.Expr, length: int) -> str:
-        """Return an index, checked unless it cannot be outside."""
+        """Return an index, checked unless it is always within bounds."""
         fragment = self.fragment(index)
         if is_inside(index, length):
             return fragment.text
         return f"fsm_place({self.failure()}, {self.cast(fragment, 'int64_t')}, {length}u)"
 
     def _of_event(self, text: Callable[[Event], str]) -> str:
-        """Return the number of a text that the event at hand has, 0 where there is none."""
+        """Return the number of a text of the current event, 0 if it has none."""
         chart = self.names.chart
         choice, machine = "0", self.machine
         for event in reversed(self.events or range(len(chart.events))):
@@ -184,21 +186,21 @@ class Printer(Operators, lang.Walk[Fragment]):
         return f"({choice})"
 
     def _event_field(self, name: str) -> str:
-        event_at_hand = f"{self.machine}->fsm.event"
+        current_event = f"{self.machine}->fsm.event"
         having = [
             e
             for e in (self.events or range(len(self.names.chart.events)))
             if any(part.name == name for part in self.names.chart.events[e].fields)
         ]
         texts = [
-            f"{event_at_hand}.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
+            f"{current_event}.of.{self.names.payloads[e]}.{self.names.field(name)}" for e in having
         ]
         if len(set(texts)) <= 1:
             return texts[0]
         # one of several events: their payloads may lie differently
         choice = texts[-1]
         for event, text in zip(having[-2::-1], texts[-2::-1], strict=True):
-            is_it = f"{event_at_hand}.event == {self.names.event(event)}"
+            is_it = f"{current_event}.event == {self.names.event(event)}"
             choice = f"{is_it} ? {text} : {choice}"
         return f"({choice})"
 
@@ -230,9 +232,9 @@ class Printer(Operators, lang.Walk[Fragment]):
     def _through(
         self, part: lang.Expr, way: int, true: Callable[[int], str], false: Callable[[int], str]
     ) -> str:
-        """Return a guard as a tree of its conditions, each way through which ends on its own.
+        """Return a guard as a tree of its conditions, in which each path has its own end.
 
-        ``true`` and ``false`` go on where the part is that, by what the way has added up to.
+        ``true`` and ``false`` continue after the part, given the sum along the path.
         """
         match part:
             case lang.CoveredCondition(operand, added):
@@ -270,7 +272,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         return Fragment(f"{expr.op.value}{apart(self.as_type(operand, ctype))}", ctype, PREFIX)
 
     def infix(self, expr: lang.Binary) -> Fragment:
-        """Print an operator of two operands; one that is always the same is only evaluated."""
+        """Print a binary operator; if its value is constant, only its operands are evaluated."""
         op, known = expr.op, known_outcome(expr)
         if op in (lang.BinaryOp.AND, lang.BinaryOp.OR):
             if known is not None:
@@ -306,7 +308,7 @@ class Printer(Operators, lang.Walk[Fragment]):
                 return False
 
     def _pair(self, left: lang.Expr, right: lang.Expr) -> tuple[str, Fragment, Fragment]:
-        """Print two operands; through temporaries if the order in which they happen matters."""
+        """Print two operands; through temporaries if their order of evaluation matters."""
         first, second = self.fragment(left), self.fragment(right)
         if not needs_order(left, right):
             return "", first, second
@@ -391,7 +393,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         return loaded
 
     def checked(self, expr: lang.Checked) -> Fragment:
-        """Print a number as a value of a type, with what happens where it is none."""
+        """Print a number as a value of a type, with the failure outside of its range."""
         fragment = self.fragment(expr.operand)
         if not isinstance(expr.type, lang.EnumType):
             call = f"fsm_integer({self.failure()}, {self.as_double(fragment)})"
@@ -422,7 +424,7 @@ class Printer(Operators, lang.Walk[Fragment]):
         return Fragment(f"({text})", ctype)
 
     def _written(self, value: int, beside: Fragment) -> str:
-        """Return a number to compare with a temporary."""
+        """Return a number in the type of the temporary that it is compared with."""
         if beside.ctype in ("int", "int32_t", "int64_t", "uint32_t", "uint64_t"):
             return integer(value, beside.ctype)
         return f"{value}u" if beside.ctype.startswith("u") and value >= 0 else str(value)
@@ -430,10 +432,10 @@ class Printer(Operators, lang.Walk[Fragment]):
     def arguments(
         self, arguments: tuple[lang.Expr, ...], types: tuple[lang.Type, ...]
     ) -> tuple[list[str], list[str]]:
-        """Print values for parameters: what must be computed before, then the arguments."""
+        """Print the statements that parameters need; return the arguments."""
         pairs = list(zip(arguments, types, strict=True))
         if not any(needs_order(a, b) for i, a in enumerate(arguments) for b in arguments[i + 1 :]):
-            return [], [self.passed(e, t) for e, t in pairs]
+            return [], [self.argument(e, t) for e, t in pairs]
         pieces = [self.value(e, t) for e, t in pairs]
         before, texts = [], []
         for text, type_ in zip(pieces, types, strict=True):

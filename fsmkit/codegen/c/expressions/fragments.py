@@ -1,4 +1,4 @@
-"""Pieces of C expressions: how they are written, how tightly they bind, which C type they have."""
+"""Pieces of C expressions: text, precedence and C type."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ LEVEL = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "%": PRODUCT}
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Fragment:
-    """Printed text, how tightly it binds, its C type."""
+    """Printed text, its precedence, its C type."""
 
     text: str
     ctype: str
     binds: int = ATOM
     name: str = ""
-    """Of a constant: the macro that stands for the text."""
+    """The macro whose expansion the text is, for a constant."""
     number: int | None = None
-    """The value of a constant without a suffix: of type ``int`` if it fits, whatever is meant."""
+    """The value of a constant without a suffix, which C types as ``int`` if it fits."""
 
     def at(self, binds: int) -> str:
-        """Return the text, in parentheses unless it binds that tightly."""
+        """Return the text, in parentheses unless its precedence is at least ``binds``."""
         if self.name:
             return self.name
         return self.text if self.binds >= binds else f"({self.text})"
 
 
 def apart(text: str) -> str:
-    """Return an operand that does not melt into a sign before it: ``--x`` counts down."""
+    """Return an operand that does not join with a sign before it: ``--x`` is a decrement."""
     return f"({text})" if text.startswith("-") else text
 
 
 def result_type(ctype: str) -> str:
-    """Return the C type that a function of the library gives for operands of a C type."""
+    """Return the C type in which a library function returns its result for operands of a type."""
     return "int32_t" if ctype == "int" else ctype
 
 
 def floating(value: float) -> str:
-    """Spell a double, exactly; infinities and NaN as quotients."""
+    """Format a double exactly; infinities and NaN as quotients."""
     if value != value:
         return "(0.0 / 0.0)"
     if value in (float("inf"), float("-inf")):

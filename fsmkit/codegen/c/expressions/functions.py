@@ -1,7 +1,7 @@
 """Functions of the chart as static functions in C.
 
-What fails in one notes so in ``m->fsm.failed``, as an operator does, and the function returns at
-once: the expression that called it has failed.
+A failure inside one sets ``m->fsm.failed``, as an operator does. The function then returns
+immediately, and the expression that called it has failed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def print_functions(out: Unit, names: Names) -> None:
 
 
 class _Function(ContentPrinter):
-    """Prints one function, whose statements are those of content but for how they end."""
+    """Prints one function: the statements of content, but with returns."""
 
     def __init__(self, names: Names, function: FunctionBody) -> None:
         super().__init__(names, Unit())

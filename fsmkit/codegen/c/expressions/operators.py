@@ -1,7 +1,6 @@
-"""Operators in C on printed operands: in which C type, and without undefined behaviour.
+"""Operators in C on printed operands: C types, and no undefined behaviour.
 
-Where C has no operator of that meaning, a call of a helper stands for it. What can fail notes so in
-``m->fsm.failed``.
+Where C has no operator of that meaning, a helper is called. A failure sets ``m->fsm.failed``.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ QUOTIENTS = {lang.BinaryOp.DIV: "div", lang.BinaryOp.REM: "rem"}
 class Operators:
     """Prints operators; collects the temporaries they need.
 
-    ``events``: those that can be at hand; ``is_sound``: nothing that is printed can fail.
+    ``events``: those that can be current; ``is_sound``: no printed operator can fail.
     """
 
     names: Names
@@ -50,13 +49,13 @@ class Operators:
     temporaries: list[tuple[str, str]] = field(default_factory=list)
     is_sound: bool = False
     locals: dict[str, str] = field(default_factory=dict)
-    """C names of the local variables at hand."""
+    """C names of the local variables in scope."""
     reads_machine: bool = False
-    """Whether anything that is printed refers to the machine."""
+    """Whether the printed text refers to the machine."""
 
     @property
     def machine(self) -> str:
-        """The machine, in what is being printed."""
+        """The expression for the machine."""
         self.reads_machine = True
         return "m"
 
@@ -65,7 +64,7 @@ class Operators:
         return self.names.failure()
 
     def cast(self, fragment: Fragment, ctype: str) -> str:
-        """Return a fragment as another C type; values are known to fit."""
+        """Return a fragment cast to another C type; its values are known to fit."""
         if fragment.ctype == ctype or ctype == "bool":
             return fragment.text
         value = fragment.number
@@ -131,7 +130,7 @@ class Operators:
         return Fragment(f"{a} {expr.op.value} {b}", "bool", COMPARE)
 
     def _compare_widest(self, op: lang.BinaryOp, left: Fragment, right: Fragment) -> Fragment:
-        """Compare a uint64_t with what may be negative: by value, as no C type holds both."""
+        """Compare a uint64_t with a value that may be negative, for which C has no common type."""
         signed = self.temporary(Fragment("", "int64_t"))
         if left.ctype == "uint64_t":
             before = f"{signed.text} = {self.cast(right, 'int64_t')}"
@@ -199,7 +198,7 @@ class Operators:
         return Fragment(f"fsm_asr_{SUFFIX[ctype]}({a}, {count})", result_type(ctype))
 
     def recast(self, fragment: Fragment, ctype: str) -> Fragment:
-        """Return a value in another C type, which holds it."""
+        """Return a value in another C type that holds it."""
         if fragment.ctype == ctype:
             return fragment
         return Fragment(f"({ctype}){fragment.at(PREFIX)}", ctype, PREFIX)
@@ -209,7 +208,7 @@ class Operators:
         return computed(*types) or "int64_t"
 
     def as_type(self, fragment: Fragment, ctype: str, binds: int = PREFIX) -> str:
-        """Return an operand as another C type, to stand where it binds that tightly."""
+        """Return an operand in another C type, in parentheses if its precedence is too low."""
         if fragment.ctype == ctype:
             return fragment.at(binds)
         text = self.cast(fragment, ctype)
@@ -222,7 +221,7 @@ class Operators:
         )
 
     def bounded(self, fragment: Fragment, how: Bounding) -> Fragment:
-        """Bring a value into bounds."""
+        """Return a value brought into its bounds, by the given method."""
         lo, hi, overflow = how.lo, how.hi, how.overflow
         ctype = computed(lang.IntType(lo, hi)) or "int64_t"
         if how.truncates:
@@ -264,7 +263,7 @@ class Operators:
         return Fragment(f"({ctype}){text}", ctype, PREFIX)
 
     def _bounding(self, overflow: lang.Overflow, suffix: str = "") -> str:
-        """Return the beginning of a call that brings a value into a range."""
+        """Return the start of a call that brings a value into a range."""
         if overflow is lang.Overflow.NEAREST:
             return f"fsm_nearest{suffix}("
         if overflow is lang.Overflow.FAULT:
@@ -274,12 +273,12 @@ class Operators:
 
 
 def _is_constant(fragment: Fragment) -> bool:
-    """Whether a number is written, which has no sign to lose where it is not negative."""
+    """Whether a fragment is a literal without a sign, which a cast cannot change."""
     return fragment.number is not None and fragment.number >= 0
 
 
 def _is_complement(expr: lang.Expr) -> bool:
-    """Whether an operand is the complement of another, whatever it is converted to."""
+    """Whether an operand is a bitwise complement, possibly converted."""
     while isinstance(expr, lang.Convert):
         expr = expr.operand
     return isinstance(expr, lang.Unary) and expr.op is lang.UnaryOp.INVERT

@@ -1,4 +1,4 @@
-"""Values on their way from one machine to another: each has C types of its own."""
+"""Copies of values between machines, each of which has C types of its own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.language import ArrayType, RecordType, Type, default_value
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a value of a type stands, in words of a machine."""
+    """The lvalue of a value of a type, in the names of one machine."""
 
     names: Names
     type: Type
@@ -21,7 +21,7 @@ class Place:
 
 
 def copy(out: Emitter, source: Place, target: Place, depth: int = 0) -> None:
-    """Print how a value is copied, part by part, since the types of the parts differ in C."""
+    """Print a copy of a value, part by part, since the C types of the parts differ."""
     match target.type:
         case ArrayType(element, length):
             assert isinstance(source.type, ArrayType)  # noqa: S101
@@ -56,7 +56,7 @@ def copy(out: Emitter, source: Place, target: Place, depth: int = 0) -> None:
 
 
 def put_default(out: Emitter, target: Place, depth: int = 0) -> None:
-    """Print how a place gets the value that a type has by default."""
+    """Print the assignment of a type's default value."""
     match target.type:
         case ArrayType(element, length):
             at = f"k{depth}"

@@ -1,4 +1,4 @@
-"""How values are stored in C, and in which types they are computed."""
+"""C types for storing values and for computing with them."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ COMPUTED = {
     "uint64_t": lang.UINT64,
 }
 SMALL = lang.IntType(-32767, 32767)
-"""What an ``int`` holds on every machine (C99 5.2.4.2.1)."""
+"""The range of an ``int`` with every compiler (C99 5.2.4.2.1)."""
 
 
-def passed_type(type_: lang.Type, names: Names) -> str:
-    """Return the C type in which functions take or return a value: an enumeration's is its own."""
+def parameter_type(type_: lang.Type, names: Names) -> str:
+    """Return the C type of a parameter or result; an enumeration has its own type."""
     if isinstance(type_, lang.EnumType):
         return names.enumerations[type_.name]
     return storage(type_, names.records).text
 
 
 def enumeration_of(type_: lang.Type, names: Names) -> str:
-    """Return the enumeration whose members are stored, "" for other values."""
+    """Return the enumeration whose members are stored, or "" for other values."""
     while isinstance(type_, lang.ArrayType):
         type_ = type_.element
     return names.enumerations[type_.name] if isinstance(type_, lang.EnumType) else ""
 
 
 def loaded(type_: lang.Type, stored: str, names: Names) -> str:
-    """Return what is stored as functions take it."""
+    """Return a stored value as an argument of a function."""
     cast = f"({names.enumerations[type_.name]})" if isinstance(type_, lang.EnumType) else ""
     return f"{cast}{stored}"
 
@@ -60,12 +60,12 @@ def _computing(lo: int, hi: int) -> str | None:
 
 
 def wrapping(type_: lang.IntType) -> str:
-    """Return the C type of arithmetic that wraps around: its results must be of just that width."""
+    """Return the C type of wrapping arithmetic: exactly as wide as its results."""
     return next(text for text, t in COMPUTED.items() if (t.lo, t.hi) == (type_.lo, type_.hi))
 
 
 def interval(type_: lang.Type | None) -> lang.IntType:
-    """Return the integers that a value of a discrete type is stored as."""
+    """Return the range of the integers that represent a discrete type."""
     found = (0, 65535) if isinstance(type_, lang.SymbolType) else integer_bounds(type_)
     assert found is not None  # noqa: S101  (discrete)
     return lang.IntType(*found)
@@ -82,7 +82,7 @@ UNSIGNED = {
 
 
 def integer(value: int, ctype: str) -> str:
-    """Spell an integer constant of a C type that computes."""
+    """Format an integer constant in a C type for computations."""
     match ctype:
         case "int":
             return str(value)

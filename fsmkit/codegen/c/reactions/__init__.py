@@ -1,1 +1,1 @@
-"""What a machine in C does on an event: selection, exit sets, entry sets, the loop around them."""
+"""The reactions of a machine in C: selection, exit sets, entry sets, and the loop around them."""

@@ -1,4 +1,4 @@
-"""What entering and leaving one state does, in C: the actions of the Plan, printed."""
+"""The actions of entering and exiting a state in C, printed from the Plan."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class ActionPrinter:
         self.own = names.own
 
     def exit_actions(self, out: Emitter, state: int) -> None:
-        """Print what is done when a state is exited."""
+        """Print the actions of exiting a state."""
         self.print(out, self.plan.leaving[state], "exit of " + self.chart.states[state].id)
 
     def entry_actions(self, out: Emitter, state: int) -> None:
-        """Print what is done when a state is entered, once its histories are forgotten."""
+        """Print the actions of entering a state, except clearing its histories."""
         actions = (each for each in self.plan.entering[state] if not isinstance(each, Forget))
         self.print(out, actions, "entry of " + self.chart.states[state].id)
 
@@ -57,7 +57,7 @@ class ActionPrinter:
         self.content.block(out, content, (), f"transition {transition}")
 
     def print(self, out: Emitter, actions: Iterable[Action], what: str) -> None:
-        """Print actions in their order; ``what`` they are, for comments."""
+        """Print actions in their order; ``what``: a description for comments."""
         for action in actions:
             match action:
                 case Forget(history):
@@ -93,7 +93,7 @@ class ActionPrinter:
         return f"{self.own}_arm(m, {names.timer(transition)}, {delay});"
 
     def forget(self, out: Emitter, history: int) -> None:
-        """Print that a history holds nothing any more."""
+        """Print the statement that clears a history."""
         for region in self.plan.recorded_regions[history]:
             if (history, region) in self.names.histories:
                 out.line(f"m->{self.names.histories[history, region]} = 0u;")
@@ -108,8 +108,8 @@ class ActionPrinter:
         out.line(f"{self.own}_raise(m, &e, false);")
         out.close()
 
-    def tell_end(self, out: Unit, event: int) -> None:
-        """Print the function that tells the invoker of the end, with the final state's data."""
+    def print_end_report(self, out: Unit, event: int) -> None:
+        """Print the function that reports the end to the invoker, with the final state's data."""
         names = self.names
         names.used.add("to_invoker")
         out.define("tell_end")

@@ -1,4 +1,4 @@
-"""The table that tells which function answers an event."""
+"""The table of the functions that handle events."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ def print_answers(
 ) -> None:
     """Print the table and its look-up.
 
-    ``rows``: functions with what they are for; ``index``: the row that is wanted, an expression;
-    ``otherwise``: who answers if there is no such row, whatever bytes the machine and the event
-    hold. What answers is the last that is called, so that compilers jump to it, and return from it
-    to the host.
+    ``rows``: functions, each with a comment; ``index``: an expression for the row; ``otherwise``:
+    the function for an index without a row, whatever bytes the machine and the event hold. The
+    handler is called last, so compilers jump to it, and it returns directly to the host.
     """
     p = names.own
     out.define("answer_function")

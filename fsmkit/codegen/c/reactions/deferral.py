@@ -1,4 +1,4 @@
-"""Which events are kept for later, in C (see `chart.deferral`)."""
+"""Deferred events in C (see `chart.deferral`)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def print_is_deferred(out: Unit, names: Names) -> None:
 
 
 def print_is_kept(out: Unit, names: Names) -> None:
-    """Print the function that looks at what several regions answer, after the tables it reads."""
+    """Print the function that combines the answers of several regions, after its tables."""
     if not has_shared(names):
         return
     p = names.own

@@ -104,7 +104,7 @@ class ExitPrinter:
             default(out)
 
     def _body_call(self, state: int) -> Lines:
-        """Return the call of a state's exit actions, or these if they are one line."""
+        """Return the call of a state's exit actions, or a single line of them itself."""
         lines = self.body(state)
         return lines if len(lines) < 2 else (f"{self.names.function('exit', state)}(m);",)
 
@@ -112,7 +112,7 @@ class ExitPrinter:
         return f"{self.names.own}_leave_{region.index}"
 
     def _keep_record(self, region: Region) -> str:
-        """Return the statement by which a region that is exited keeps what was active."""
+        """Return the statement that keeps the active state of a region that is exited."""
         names = self.names
         note = "recorded by " + names.chart.states[names.shared[region.index]].id
         member = names.regions[region.index]

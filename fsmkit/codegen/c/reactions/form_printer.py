@@ -1,7 +1,7 @@
-"""What all forms of a machine's C have in common: transitions that are taken by their number.
+"""The common part of all forms of a machine's C: transitions that are taken by their number.
 
-A form prints how states are exited and entered. Where it is known at run time only which transition
-is taken, a function for each phase of a microstep looks up what that transition does.
+A form prints how states are exited and entered. Where the transition is known only at run time,
+each phase of a microstep has a function that looks up the actions of that transition.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class FormPrinter(ABC):
             for each in self.chart.transitions
             if each.trigger is not Trigger.INITIAL
         }
-        """By transition: its variants; initial and default transitions are taken in paths."""
+        """The variants of each transition; initial and default transitions belong to paths."""
 
     # --- what each form prints in its own way ---------------------------------------------
 
@@ -60,7 +60,7 @@ class FormPrinter(ABC):
 
     @abstractmethod
     def print_selectors(self, out: Unit) -> None:
-        """Print the functions that select, after the type of what they find."""
+        """Print the functions that select, after the type of their results."""
 
     @abstractmethod
     def print_enter(self, out: Unit) -> None:
@@ -83,20 +83,20 @@ class FormPrinter(ABC):
         """Return the call that exits all states; their regions keep the numbers."""
 
     def merge_contents(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
-        """Return the contents of transitions, each once, and what is declared before them."""
+        """Return the distinct contents of transitions, and the declarations before them."""
         found: dict[Lines, list[int]] = {}
         for transition, lines in bodies.items():
             found.setdefault(lines, []).append(transition)
         return [(members, lines) for lines, members in found.items()], ()
 
     def merge_timeouts(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
-        """Return the bodies of timeouts, each once, and what is declared before them."""
+        """Return the bodies of timeouts without duplicates, and the declarations before them."""
         return self.merge_contents(bodies)
 
     # --- transitions by their numbers -----------------------------------------------------
 
     def print_take(self, out: Unit) -> None:
-        """Print the function that takes what was selected."""
+        """Print the function that takes the selected transition."""
         print_pieces(out, self.names, "selection", "take")
 
     def take_call(self, number: str) -> str:
@@ -105,7 +105,7 @@ class FormPrinter(ABC):
         return f"{self.own}_{verb}(m, {number});"
 
     def print_general(self, out: Unit) -> None:
-        """Print what transitions record, leave, do and enter, by the number of what is taken."""
+        """Print the functions that record, exit, act and enter for a transition's number."""
         self.histories.print_record(out)
         self._domains(out)
         self.print_leave(out)
@@ -126,11 +126,11 @@ class FormPrinter(ABC):
         out.line()
 
     def domain_taken(self, count: int) -> str:
-        """Return the entry of ``taken`` in the table of domains; an analysis sees its bound."""
+        """Return the entry of ``taken`` in the table of domains, in a form that shows its bound."""
         return f"taken - 1u < {count}u ? {self.own}_domain_of[taken - 1u] : 0u"
 
     def by_history(self, out: Emitter, answer: Callable[[Variant], Sequence[str]]) -> bool:
-        """Print a switch with the answer of all variants but the last, if there are any."""
+        """Print a switch over the variants of a history, with all answers but the last."""
         found = {index: own for index, own in self.variants.items() if len(own) > 1}
         if found:
             self.over_variants(out, {index: own[:-1] for index, own in found.items()}, answer)
@@ -142,7 +142,7 @@ class FormPrinter(ABC):
         variants: Mapping[int, Sequence[Variant]],
         answer: Callable[[Variant], Sequence[str]],
     ) -> None:
-        """Print a switch over the number of what is taken, with the answers of its variants."""
+        """Print a switch over the number of the transition, with the answers of its variants."""
         with out.block("switch (taken) {"):
             for index, own in variants.items():
                 note = self.selection.comment(self.chart.transitions[index])
@@ -157,7 +157,7 @@ class FormPrinter(ABC):
             default(out)
 
     def print_leave(self, out: Unit) -> None:
-        """Print the function that exits all below a domain, by its number plus one."""
+        """Print the function that exits all states below a domain, by its number plus one."""
         found = {_number(each.domain) for own in self.variants.values() for each in own}
         out.define("leave")
         out.line(f"static void {self.own}_leave({self.own} *m, uint16_t domain)")
@@ -172,7 +172,7 @@ class FormPrinter(ABC):
         out.line()
 
     def print_act(self, out: Unit) -> None:
-        """Print what each transition does between leaving and entering."""
+        """Print the content of each transition, which runs between exit and entry."""
         bodies: dict[int, Lines] = {}
         for transition in self.chart.transitions:
             if transition.content and transition.trigger is not Trigger.INITIAL:
@@ -221,5 +221,5 @@ class FormPrinter(ABC):
 
 
 def _number(domain: int | None) -> int:
-    """Return a domain as generated code has it: its number plus one, 0 for none."""
+    """Return a domain as its number plus one, 0 for None."""
     return 0 if domain is None else domain + 1

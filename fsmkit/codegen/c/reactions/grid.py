@@ -1,8 +1,8 @@
-"""A flat machine as a grid: by state and event, the number of what is done, which is straight code.
+"""A flat machine as a grid: for each state and event the number of a case, which is straight code.
 
-What is entered is a number too, so that equal contents are there once, whatever they lead to. A
-compiler makes less of it than of a function for each state, and less than of tables which functions
-read, as long as not too many places of the grid are empty (see `forms`).
+The target state is a number too, so equal contents appear once, whatever their target. A compiler
+generates less code than for a function per state, and less than for tables with their readers,
+unless too many fields of the grid are empty (see `forms`).
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from fsmkit.emit import Emitter
 
 @dataclass(frozen=True, slots=True)
 class _Answer:
-    """What is done in a state on an event; ``to``: the number of the state entered, 0 for none."""
+    """A case of the grid; ``to``: the number of the state entered, 0 for none."""
 
     lines: Lines
     to: int
 
 
 class GridPrinter:
-    """Prints the grid, what answers there are, and the function that looks them up."""
+    """Prints the grid, its cases, and the function that looks them up."""
 
     def __init__(self, reactions: ReactionPrinter) -> None:
-        """Print what these reactions are."""
+        """Create a printer for these reactions."""
         self._reactions = reactions
         self._names = reactions.names
         self._plan = reactions.plan
         self._ignored = f"return {reactions.own}_unhandled(m, cause);"
 
     def print(self, out: Unit) -> None:
-        """Print them."""
+        """Print the grid and its functions."""
         names, events = self._names, self._reactions.by_event
         p, width = names.own, max(events, default=0) + 1
         answers: dict[_Answer, int] = {}

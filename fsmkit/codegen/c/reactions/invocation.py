@@ -26,7 +26,7 @@ COMMUNICATION = "error.communication"
 
 
 class InvocationPrinter:
-    """Prints what a machine does with those it invokes, and with the one that invoked it."""
+    """Prints the exchange of a machine with the machines it invokes and with its invoker."""
 
     def __init__(self, names: Names, content: ContentPrinter) -> None:
         """Print with these names."""
@@ -36,7 +36,7 @@ class InvocationPrinter:
         self.own = names.own
 
     def _slot(self, slot: int) -> Parts:
-        """Return what stands in the pieces for a slot."""
+        """Return the replacements of the pieces for a slot."""
         return {
             "SLOT_ID": comment(self.chart.invocations[slot].id),
             "SLOT": self.names.slots[slot],
@@ -87,7 +87,7 @@ class InvocationPrinter:
     def _carry(
         self, out: Emitter, names: Names, event: int, target: Names, passage: Passage, to: str
     ) -> None:
-        """Print that the variable ``to`` becomes what an event ``e`` is for another machine."""
+        """Print the conversion of an event ``e`` to an event ``to`` of another machine."""
         payload, fields = names.payloads[event], names.chart.events[event].fields
         out.line(f"{to}.event = {target.events[passage.event]};")
         parts = target.chart.events[passage.event].fields
@@ -149,7 +149,7 @@ class InvocationPrinter:
     # --- steps ----------------------------------------------------------------------------
 
     def print_steps(self, out: Unit) -> None:
-        """Print the functions that the loop calls."""
+        """Print the functions that the macrostep loop calls."""
         names = self.names
         if names.slots:
             steps = Emitter()
@@ -163,7 +163,7 @@ class InvocationPrinter:
             self._external(out)
 
     def print_timers(self, out: Unit) -> None:
-        """Print what fires a timer of an invoked machine."""
+        """Print the function that fires a timer of an invoked machine."""
         if self.names.slots:
             timers = Emitter()
             self._step_timers(timers)
@@ -171,7 +171,7 @@ class InvocationPrinter:
             print_pieces(out, self.names, "invocation", "step_timer_within", parts=parts)
 
     def _step_slot(self, out: Emitter, slot: int) -> None:
-        """Print that a machine in a slot takes one event, if it runs."""
+        """Print the step of a machine in a slot: one event, if it runs."""
         names, p = self.names, self.own
         member, inside = f"m->{names.slots[slot]}", names.invoked[slot].prefix
         with out.block(f"if ({member}.fsm.running && m->fsm.fault == FSM_NO_FAULT) {{"):
@@ -180,7 +180,7 @@ class InvocationPrinter:
                 out.lines(["is_quiet = false;", f"{p}_absorb_{slot}(m);"])
 
     def _step_timers(self, out: Emitter) -> None:
-        """Print that the machine fires its first timer that has the first deadline of all."""
+        """Print the step that fires the machine's timers with the first deadline of all."""
         names, p = self.names, self.own
         for slot, (member, inside) in enumerate(zip(names.slots, names.invoked, strict=True)):
             word = "} else if" if slot else "if"
@@ -194,7 +194,7 @@ class InvocationPrinter:
 
     @property
     def waiting(self) -> str:
-        """Return the condition that some state is entered that has not invoked yet."""
+        """Return the condition that some entered state has not invoked its machine yet."""
         count = (len(self.names.invoking) + 7) // 8
         tests = [f"m->fsm.{TO_INVOKE}[{place}] != 0u" for place in range(count)]
         return tests[0] if count == 1 else f"({' || '.join(tests)})"
@@ -218,7 +218,7 @@ class InvocationPrinter:
         out.line()
 
     def _external(self, out: Unit) -> None:
-        """Print what is done with an event that has just left the external queue."""
+        """Print the effects of an event that has just left the external queue."""
         p, names = self.own, self.names
         out.define("external")
         out.line("/* An external event, before it is handled: its finalize (SCXML 6.5), then")

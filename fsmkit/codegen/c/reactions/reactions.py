@@ -1,10 +1,12 @@
-"""Straight code for what an event does, where that is known when compiling.
+"""Straight code for the reactions to an event, where they are known at compile time.
 
-Where the transitions on an event all begin in one region, at most one of them is taken: for each
-state that can be the deepest active one there, the guards follow each other, and after each what it
-leaves, does and enters. Where they begin in several regions that cannot disturb each other, each
-region is asked first, then all are left, act and are entered in document order (Appendix D,
-microstep). Only what is left, transitions that may preempt each other, is selected by `selection`.
+If all transitions of an event lie in one region, at most one of them is taken. For each state that
+can be the deepest active one there, the guards follow each other. Each is followed by what its
+transition exits, does and enters.
+
+If they lie in several independent regions, each region selects first. Then all exit, act and enter
+in document order (Appendix D, microstep). The other transitions, which may preempt each other, are
+left to `selection`.
 """
 
 from __future__ import annotations
@@ -31,13 +33,13 @@ from fsmkit.plan.selection import Candidate, Concurrency
 
 HANDLED = "return FSM_HANDLED;"
 FEW = 2
-"""So many states are left one by one; more are left by the loop."""
+"""The number of states that are exited one by one; a loop exits more of them."""
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What one transition does."""
+    """The effects of one transition."""
 
     record: Lines = ()
     leave: Lines = ()
@@ -46,14 +48,14 @@ class Step:
 
     @property
     def lines(self) -> Lines:
-        """Everything, in order."""
+        """All lines, in order."""
         return (*self.record, *self.leave, *self.act, *self.enter)
 
 
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a state does with an event; ``returns``: nothing is left to do after it."""
+    """The reaction of a state to an event; ``returns``: it always returns."""
 
     lines: Lines = ()
     returns: bool = False
@@ -65,9 +67,9 @@ PHASES: tuple[tuple[str, Callable[[Step], Lines], bool], ...] = (
     ("act", lambda step: step.act, False),
     ("enter", lambda step: step.enter, False),
 )
-"""Of a microstep, in their order (Appendix D); whether the last region comes first."""
+"""The phases of a microstep in their order (Appendix D); true where the last region is first."""
 MOST_TOGETHER = 64
-"""Regions in one function."""
+"""The greatest number of regions in one function."""
 
 
 class ReactionPrinter:
@@ -102,7 +104,7 @@ class ReactionPrinter:
         return transitions(self.decisions.candidates(leaf, event))
 
     def comment(self, transition: Transition) -> str:
-        """Return a comment that says which transition is meant."""
+        """Return a comment that names the transition."""
         return f"/* {self._selection.comment(transition)} */"
 
     def guard(self, transition: Transition) -> str:
@@ -110,7 +112,7 @@ class ReactionPrinter:
         return self._selection.guard(transition)
 
     def step(self, transition: Transition) -> Step:
-        """Return what a transition does."""
+        """Return the effects of a transition."""
         if self.names.form is Form.TABLES:
             number = self.form.numbers(transition.index)[0]
             return Step(act=(self.form.take_call(f"{number}u"),))
@@ -167,8 +169,8 @@ class ReactionPrinter:
     ) -> Answer:
         """Return the code that takes the first enabled transition and returns.
 
-        ``before``: what asks whether any may be taken, which eventless ones begin with;
-        ``may_stop``: whether a guard asked before can have stopped the machine.
+        ``before``: the lines that every eventless transition starts with; ``may_stop``: whether an
+        earlier guard can have stopped the machine.
         """
         done = "return true;" if before else HANDLED
         out = Emitter()
@@ -189,7 +191,7 @@ class ReactionPrinter:
         return Answer(out.collected(), returns=not is_open)
 
     def print_eventless(self, out: Unit) -> None:
-        """Print the function that takes eventless transitions, where that is simple."""
+        """Print the function that takes eventless transitions, if none can preempt another."""
         transitions = [t for t in self.chart.transitions if t.trigger is Trigger.EVENTLESS]
         if self.decisions.eventless is not Concurrency.SINGLE_REGION:
             return
@@ -227,7 +229,7 @@ class ReactionPrinter:
     # --- by state: a chart of one region --------------------------------------------------
 
     def print_by_state(self, out: Unit) -> None:
-        """Print what each state does with each event."""
+        """Print the reactions of each state to each event."""
         p = self.own
         calls = self._calls(out)
         out.define("not_running")
@@ -245,7 +247,7 @@ class ReactionPrinter:
         print_answers(out, self.names, "By the deepest active state.", rows, index, "not_running")
 
     def _calls(self, out: Unit) -> dict[int, str]:
-        """Print what each state with reactions does; what it does not answer, those above do."""
+        """Print the function of each state with reactions; unhandled events go to an ancestor."""
         calls = {0: f"{self.own}_unhandled"}
         for state in self.plan.regions[0].states:
             above = calls[state] = calls[self.plan.region_parents[state]]
@@ -298,7 +300,7 @@ class ReactionPrinter:
     # --- by event: a chart of several regions ---------------------------------------------
 
     def print_by_event(self, out: Unit) -> None:
-        """Print what happens on each event, in all regions that answer it."""
+        """Print the reaction to each event, in all regions that handle it."""
         p = self.own
         calls: dict[int, str] = {}
         for event, transitions in self.by_event.items():
@@ -327,7 +329,7 @@ class ReactionPrinter:
         print_answers(out, self.names, "By event.", rows, "cause->event", "unhandled")
 
     def _apart(self, out: Unit, name: str, transitions: Sequence[Transition], event: int) -> None:
-        """Print a function for regions that are left and entered on their own."""
+        """Print a function for independent regions."""
         regions = [self.plan.regions[r] for r in self.decisions.regions(transitions)]
         head = f"static fsm_result {name}({self.own} *m, const {self.own}_event *cause)"
         if len(regions) > MOST_TOGETHER:
@@ -348,14 +350,14 @@ class ReactionPrinter:
             for _, phase, is_reversed in PHASES:
                 order = range(len(regions))
                 for place in reversed(order) if is_reversed else order:
-                    self._by_way(out, ways[place], [phase(step) for step in chosen[place]])
+                    self._over_steps(out, ways[place], [phase(step) for step in chosen[place]])
             out.line(HANDLED)
         out.line()
 
     def _apart_by_parts(
         self, out: Unit, name: str, head: str, regions: Sequence[Region], event: int
     ) -> None:
-        """Print the same for many regions: a compiler's time is not linear in one function."""
+        """Print the same in parts, since a compiler's time is not linear in a function's size."""
         p, count = self.own, len(regions)
         calls: list[str] = []
         chosen: list[list[Step]] = []
@@ -385,7 +387,7 @@ class ReactionPrinter:
             for places in parts[:: -1 if is_reversed else 1]:
                 body = Emitter()
                 for at in places[:: -1 if is_reversed else 1]:
-                    self._by_way(body, f"way[{at}]", [phase(step) for step in chosen[at]])
+                    self._over_steps(body, f"way[{at}]", [phase(step) for step in chosen[at]])
                 part(verb, body)
         out.define(name)
         out.line(head)
@@ -396,8 +398,8 @@ class ReactionPrinter:
             out.lines(["if (any == 0u) {", f"    {self._ignored}", "}", *calls, HANDLED])
         out.line()
 
-    def _choose(self, out: Emitter, region: Region, way: str, event: int) -> list[Step]:
-        """Print which way a region goes, 0 for none; return the steps of the ways from 1 on."""
+    def _choose(self, out: Emitter, region: Region, variable: str, event: int) -> list[Step]:
+        """Print the choice of a region's step, 0 for none; return the steps numbered from 1."""
         steps: list[Step] = []
         with out.block(f"switch (m->{self.names.regions[region.index]}) {{"):
             for leaf in self.decisions.leaf_states(region):
@@ -414,22 +416,22 @@ class ReactionPrinter:
                         elif place:
                             out.line("} else {")
                         inset = "    " if place or transition.guard is not None else ""
-                        out.line(f"{inset}{way} = {len(steps)}u; {self.comment(transition)}")
+                        out.line(f"{inset}{variable} = {len(steps)}u; {self.comment(transition)}")
                     if len(found) > 1 or found[0].guard is not None:
                         out.line("}")
                     out.line("break;")
             default(out)
         return steps
 
-    def _by_way(self, out: Emitter, way: str, parts: Sequence[Lines]) -> None:
-        """Print a switch over the ways of a region, if they do anything at this point."""
+    def _over_steps(self, out: Emitter, variable: str, parts: Sequence[Lines]) -> None:
+        """Print a switch over the chosen step of a region, if any step has an effect here."""
         answers: dict[Lines, list[int]] = {}
         for number, lines in enumerate(parts, 1):
             if lines:
                 answers.setdefault(lines, []).append(number)
         if not answers:
             return
-        with out.block(f"switch ({way}) {{"):
+        with out.block(f"switch ({variable}) {{"):
             for lines, numbers in answers.items():
                 out.lines(f"case {number}u:" for number in numbers)
                 with out.indented():

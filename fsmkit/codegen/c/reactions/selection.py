@@ -46,7 +46,7 @@ class SelectionPrinter:
         self.functions = functions
         self._guards: dict[int, str] = {}
         self._texts: dict[tuple[int, tuple[int, ...]], Guard] | None = {}
-        """By their form and the events at hand; none are kept of names that note their use."""
+        """By form and current events. Names that record their use are not cached."""
         self._reading: set[int] = set()
         """Transitions whose guards refer to the machine."""
         self._comments: dict[int, str] = {}
@@ -58,35 +58,35 @@ class SelectionPrinter:
         is_uniform = names.form is Form.TABLES
         self.decisions = Selection(self.plan, self.plan.variants, is_uniform)
         self.remembered = self.decisions.remembered
-        self._asked = {t: place for place, t in enumerate(self.remembered)}
-        self._asking: set[int] = set()
+        self._memo_slots = {t: place for place, t in enumerate(self.remembered)}
+        self._memo_functions: set[int] = set()
         self._interesting: frozenset[int] = frozenset()
 
     def under(self, names: Names) -> SelectionPrinter:
-        """Return what prints the same with other names."""
+        """Return a printer with other names."""
         other = copy_of(self)
         other.names, other._guards, other._texts = names, {}, None  # noqa: SLF001  (its own)
         return other
 
-    def is_remembered(self, transition: Transition) -> bool:
-        """Whether a guard is evaluated only once though several states ask it."""
-        return transition.index in self._asked
+    def is_memoized(self, transition: Transition) -> bool:
+        """Whether a guard is evaluated only once although several states test it."""
+        return transition.index in self._memo_slots
 
     # --- guards ---------------------------------------------------------------------------
 
-    def asked(self, transition: Transition) -> str:
-        """Return the condition of a guard where several states may ask it in one selection.
+    def memoized_guard(self, transition: Transition) -> str:
+        """Return the condition of a guard that several states may test in one selection.
 
-        It is evaluated once until `m->fsm.asked` is forgotten, which selections do at their end;
-        straight code, which asks once, takes `guard`.
+        Its value is kept in `m->fsm.asked` until the selection ends. Straight code tests a guard
+        once and therefore uses `guard`.
         """
-        place = self._asked.get(transition.index)
+        place = self._memo_slots.get(transition.index)
         text = self.guard(transition)
         if place is None:
             return text
         name = f"{self.own}_ask_{transition.index}"
-        if place not in self._asking:
-            self._asking.add(place)
+        if place not in self._memo_functions:
+            self._memo_functions.add(place)
             out = self.functions
             out.define(name)
             out.line(f"static bool {name}({self.own} *m)")
@@ -98,7 +98,7 @@ class SelectionPrinter:
         return f"{name}(m)"
 
     def guard(self, transition: Transition) -> str:
-        """Return the condition of a guard; what needs a function goes to ``functions``."""
+        """Return the condition of a guard; functions that it needs go to ``functions``."""
         if transition.index not in self._guards:
             self._guards[transition.index] = self._guard(self.functions, transition)
         return self._guards[transition.index]
@@ -111,9 +111,9 @@ class SelectionPrinter:
         if not guard.temporaries and not guard.fails:
             return guard.text
         names = self.names
-        name = f"{self.own}_guard_{transition.index}{'_of' if names.taken else ''}"
+        name = f"{self.own}_guard_{transition.index}{'_of' if names.copy_parameter else ''}"
         out.define(name)
-        out.line(f"static bool {name}({self.own} *m{names.taken})")
+        out.line(f"static bool {name}({self.own} *m{names.copy_parameter})")
         with out.block("{"):
             for ctype, temporary in guard.temporaries:
                 out.line(f"{ctype} {temporary};")
@@ -123,10 +123,10 @@ class SelectionPrinter:
                 self.names.used.add("guard_holds")
             out.line("return holds;")
         out.line()
-        return f"{name}(m{names.passed})"
+        return f"{name}(m{names.copy_argument})"
 
     def _text(self, guard: Expr, events: tuple[int, ...]) -> Guard:
-        """Print a guard; all of one form are the same text where the same events are at hand."""
+        """Print a guard; guards of equal form with equal current events share their text."""
         key = form(guard), events
         known = None if self._texts is None else self._texts.get(key)
         if known is not None:
@@ -165,8 +165,8 @@ class SelectionPrinter:
         trigger: Trigger,
         above: str,
     ) -> None:
-        """Print the function of one state; ``above``: the call for what lies around it."""
-        guards = {t.index: self.asked(t) for t in own if t.guard is not None}
+        """Print the function of one state; ``above``: the call for its nearest ancestor."""
+        guards = {t.index: self.memoized_guard(t) for t in own if t.guard is not None}
         is_event = trigger is Trigger.EVENT
         parameters = f"{self.own} *m{', uint16_t event' if is_event else ''}"
         head = f"static {self.names.taken_type} {name}({parameters})"
@@ -188,11 +188,11 @@ class SelectionPrinter:
         out.line()
 
     def reads_machine(self, transitions: Iterable[Transition]) -> bool:
-        """Whether guards that are printed refer to the machine."""
+        """Whether the printed guards refer to the machine."""
         return not self._reading.isdisjoint(t.index for t in transitions)
 
     def _in_order(self, out: Emitter, tried: Iterable[Candidate], guards: dict[int, str]) -> None:
-        """Print candidates, of which the last alone may be sure to be taken."""
+        """Print candidates in order; only the last may be certain to be taken."""
         for candidate in tried:
             if isinstance(candidate, Defer):
                 out.line(f"return {self.names.own_upper}_DEFER;")
@@ -224,7 +224,7 @@ class SelectionPrinter:
             default(out)
 
     def comment(self, transition: Transition) -> str:
-        """Return where a transition was written and what it says."""
+        """Return the location and the text of a transition."""
         known = self._comments.get(transition.index)
         if known is None:
             known = self._comments[transition.index] = self._comment(transition)
@@ -269,7 +269,7 @@ class SelectionPrinter:
             out.line()
 
     def _find_interesting(self, calls: Sequence[str]) -> frozenset[int]:
-        """Return the regions in which something can be selected; inner ones come later."""
+        """Return the regions in which a transition can be selected, outer ones first."""
         found = {0}
         for region in reversed(self.plan.regions):
             if region.index in found or any(calls[state] for state in region.states):

@@ -1,4 +1,4 @@
-"""The functions that make a machine run: the loop, the timers, the start."""
+"""The functions that run a machine: the loop, the timers, the start."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class StepPrinter:
         self.timeouts.answers(timeouts)
         self.invocation.print_steps(out)
         if self.names.is_invoked and self.chart.done is not None:
-            self.form.actions.tell_end(out, self.chart.done)
+            self.form.actions.print_end_report(out, self.chart.done)
         self._loop(out)
         self.invocation.print_timers(out)
         self.timeouts.print(out, timeouts)
@@ -79,7 +79,7 @@ class StepPrinter:
             "SELF_RUNNING": names.running,
             "SELF_STOPPED": names.stopped,
             "SELF_REJECTS_POSTS": names.rejects_posts,
-            "SELF_REFUSES": names.refuses,
+            "SELF_REFUSES": names.ignores_steps,
             "SELF_ACTED": "acted" if names.does.loops else "false",
             "SELF_LEAVE_MACHINE": [self.form.exit_machine_call()],
             "SELF_WAITING": self.invocation.waiting if names.invoking else "",
@@ -101,7 +101,7 @@ class StepPrinter:
             print_pieces(out, names, "queue", "post", parts=parts)
 
     def _taking(self, out: Unit) -> None:
-        """Print how transitions are taken that are not straight code, and who answers an event."""
+        """Print the functions that take selected transitions and dispatch events."""
         names, decisions = self.names, self.reactions.decisions
         single = names.plan.is_single
         remembered = len(self.selection.remembered)
@@ -130,7 +130,7 @@ class StepPrinter:
         pieces("react")
 
     def _straight(self) -> list[str]:
-        """Return what sends events that nothing defers to straight code."""
+        """Return the statement that passes events that are never deferred to straight code."""
         decisions, names = self.reactions.decisions, self.names
         if not decisions.has_straight:
             return []
@@ -145,7 +145,7 @@ class StepPrinter:
         ]
 
     def _initial(self, out: Emitter) -> None:
-        """Print the script and what is entered first."""
+        """Print the initial script and the initial entry."""
         chart = self.chart
         self.content.block(out, chart.script, (), "script")
         assert chart.root.initial is not None  # noqa: S101
@@ -164,7 +164,7 @@ class StepPrinter:
                 if names.does.guarded:
                     with out.block("if (m->fsm.busy) {"):
                         out.line("return;")
-                self._begin_anew(out)
+                self._reset(out)
             out.line("m->fsm.now = now;" if names.does.now else "(void)now;")
             if names.does.running:
                 out.line("m->fsm.running = true;")
@@ -174,8 +174,8 @@ class StepPrinter:
             parts = {"SELF_LEAVE_MACHINE": [self.form.exit_machine_call()]}
             print_pieces(out, names, "invocation", "abandon", parts=parts)
 
-    def _begin_anew(self, out: Emitter) -> None:
-        """Print that all but the inputs is as it was made."""
+    def _reset(self, out: Emitter) -> None:
+        """Print the reset of everything but the inputs."""
         p = self.names.own
         if self.chart.inputs:
             out.line(f"const {p} before = *m;")

@@ -53,12 +53,12 @@ class StraightPrinter(FormPrinter):
     # --- entering -------------------------------------------------------------------------
 
     def _entry_call(self, state: int) -> Lines:
-        """Return how a state is entered: a call, or all of it where that is little."""
+        """Return the entry of a state: a call, or the statements themselves if they are few."""
         lines = self._entry_body(state)
         return lines if len(lines) == 2 else (f"{self.names.function('enter', state)}(m);",)
 
     def _entry_body(self, state: int) -> Lines:
-        """Return the number and the actions of a state that is entered."""
+        """Return the statements of entering a state: its number and its actions."""
         if state not in self._entries:
             out, what = Emitter(), "entry of " + self.chart.states[state].id
             out.line(self.set_active(state))
@@ -92,21 +92,21 @@ class StraightPrinter(FormPrinter):
                     self._resume(out, op)
 
     def _keep(self, out: Emitter, history: int) -> None:
-        """Print local copies of what a history holds, if entering its parent makes it forget."""
+        """Print local copies of a history's record, if entering its parent clears it."""
         for region in self.plan.recorded_regions[history]:
             member = f"m->{self.names.recorded(history, region)}"
             if (held := self._held(history, region)) != member:
                 out.line(f"const {self.names.number_type(region)} {held} = {member};")
 
     def _held(self, history: int, region: int) -> str:
-        """Return what a history recorded in a region, where that is entered."""
+        """Return the state that a history recorded in a region, at its entry."""
         name = self.names.recorded(history, region)
         is_shared = self.names.shared.get(region) == history
         is_overwritten = self.plan.is_forgotten(history) and not is_shared
         return f"was_{history}_{region}" if is_overwritten else f"m->{name}"
 
     def _resume(self, out: Emitter, resume: Resume) -> None:
-        """Print what is entered by the number that a history recorded in a region."""
+        """Print the entry by the number that a history recorded in a region."""
         history, region = resume.history, resume.region
         added = f" + {RECORDED}" if self.names.shared.get(region) == history else ""
         with out.block(f"switch ({self._held(history, region)}) {{"):
@@ -116,7 +116,7 @@ class StraightPrinter(FormPrinter):
             default(out)
 
     def print_states(self, out: Unit) -> None:
-        """Print the functions that enter and leave states, and those that leave regions."""
+        """Print the functions that enter and exit states, and those that exit regions."""
         reached = entered(self.plan)
         for state in self.plan.descendants(0):
             entries = self._entry_body(state) if state in reached else ()
@@ -144,7 +144,7 @@ class StraightPrinter(FormPrinter):
         out.line()
 
     def print_selectors(self, out: Unit) -> None:
-        """Print the functions that the loop calls, after the type of what they find."""
+        """Print the functions that the loop calls, after the type of their results."""
         for trigger in (Trigger.EVENT, Trigger.EVENTLESS):
             calls = self.selection.finders(out, trigger)
             self.selection.over_regions(out, trigger, calls)
@@ -168,7 +168,7 @@ class StraightPrinter(FormPrinter):
 
 
 def _is_observed(actions: Iterable[Action]) -> bool:
-    """Whether something can read which states are active while actions run."""
+    """Whether an action can observe which states are active."""
     return any(
         isinstance(each, EndInvoked) or (isinstance(each, Run) and not is_plain(each.block))
         for each in actions

@@ -1,4 +1,4 @@
-"""Firing timers: timeouts of states, and events that were sent later."""
+"""Firing timers: timeouts of states, and delayed events."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ NO_FAULT = "m->fsm.fault == FSM_NO_FAULT"
 
 
 def print_macrostep(out: Emitter, names: Names, cause: str, lines: Iterable[str]) -> None:
-    """Print a macrostep that begins with some lines: what goes before them, and what after.
+    """Print a macrostep that starts with some lines, and the code around them.
 
-    ``cause``: what the hooks are told of it, a kind of step and a number.
+    ``cause``: the arguments of the hooks, a kind of step and a number.
     """
     if names.does.begins:
         out.line(f"{names.own}_begin(m);")
@@ -37,7 +37,7 @@ def print_macrostep(out: Emitter, names: Names, cause: str, lines: Iterable[str]
 
 
 class TimeoutPrinter:
-    """Prints what happens when a time has come."""
+    """Prints the reactions to expired timers."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class TimeoutPrinter:
         self.invocation = invocation
 
     def answers(self, out: Emitter) -> None:
-        """Print what timeouts do: only one transition is taken, whatever else is active."""
+        """Print the reactions to timeouts; each takes one transition, whatever else is active."""
         names, chart = self.names, self.chart
         timed = [t for t in chart.transitions if t.has_timer]
         if not timed:
@@ -73,7 +73,7 @@ class TimeoutPrinter:
             default(out)
 
     def _body(self, timer: Transition) -> tuple[str, ...]:
-        """Return what a timer does when it expires: it takes the first enabled transition."""
+        """Return the reaction to a timer: it takes the first enabled transition."""
         out = Emitter()
         if timer.trigger is Trigger.EVERY:
             out.line(self.reactions.form.actions.arm(timer.index))
@@ -120,14 +120,16 @@ class TimeoutPrinter:
         out.line()
 
     def _first_deadline(self, out: Emitter) -> None:
-        """Print that nothing is due, or not here but in a machine in a slot."""
+        """Print the returns for no armed timer, and for a first deadline within a slot."""
         names = self.names
         if not names.slots:
-            with out.block(f"if (m->fsm.timer_count == 0u || {names.refuses}) {{"):
+            with out.block(f"if (m->fsm.timer_count == 0u || {names.ignores_steps}) {{"):
                 out.line("return false;")
             return
         out.line("uint32_t deadline = 0u;")
-        with out.block(f"if ({names.refuses} || !{names.own}_next_deadline(m, &deadline)) {{"):
+        with out.block(
+            f"if ({names.ignores_steps} || !{names.own}_next_deadline(m, &deadline)) {{"
+        ):
             out.line("return false;")
         within = [f"{names.own}_step_timer_within(m, deadline);", "return true;"]
         if names.has_timers or names.does.delays:
@@ -139,7 +141,7 @@ class TimeoutPrinter:
             out.lines(within)
 
     def _deliver(self, out: Emitter) -> None:
-        """Print that an event whose time has come goes where it was sent to."""
+        """Print the delivery of a delayed event to its target."""
         names, p, upper = self.names, self.names.own, self.names.own_upper
         never = ", false" if names.does.defers else ""
         within = ", false" if names.does.external else ""

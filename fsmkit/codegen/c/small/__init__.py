@@ -1,1 +1,1 @@
-"""Machines that are small: what is the same for all states and transitions is there once."""
+"""The form for size: states and transitions share code and differ in tables."""

@@ -13,7 +13,7 @@ from copy import copy as copy_of
 
 from fsmkit.codegen.c.copies import Step, member_path
 from fsmkit.codegen.c.expressions.fragments import AND, Fragment
-from fsmkit.codegen.c.expressions.types import passed_type
+from fsmkit.codegen.c.expressions.types import parameter_type
 from fsmkit.codegen.c.header import parameters
 from fsmkit.codegen.c.ir import Unit
 from fsmkit.codegen.c.layout import narrowest
@@ -30,13 +30,13 @@ Defined = dict[tuple[object, ...], str]
 
 
 class CopyNames(Names):
-    """Names that mean those of each copy."""
+    """Names that are computed from the number of the copy."""
 
-    passed = f", {COPY}"
-    taken = f", uint8_t {COPY}"
+    copy_argument = f", {COPY}"
+    copy_parameter = f", uint8_t {COPY}"
 
     @classmethod
-    def of(cls, names: Names, found: Differences, out: Unit, defined: Defined) -> CopyNames:
+    def create(cls, names: Names, found: Differences, out: Unit, defined: Defined) -> CopyNames:
         """Return the names for a body; functions and tables that it needs go to ``out``."""
         base = copy_of(names)
         own = cls.__new__(cls)
@@ -53,9 +53,9 @@ class CopyNames(Names):
     varying: Mapping[tuple[Leaf, object], Values]
     of_numbers: Mapping[str, Values]
     reads: bool
-    """Whether anything that was printed depends on the copy."""
+    """Whether any printed text depends on the copy."""
     cost: int
-    """Calls and cases that a body of one copy does not have."""
+    """Calls and cases that the body of a single copy does not have."""
 
     # --- numbers --------------------------------------------------------------------------
 
@@ -87,7 +87,7 @@ class CopyNames(Names):
         return self._number([self.mark(each) for each in values])
 
     def stand_in(self, name: str) -> str:
-        """Return an integer in which the copies differ."""
+        """Return an integer that differs between the copies."""
         self.reads = True
         return self._number(self.of_numbers[name])
 
@@ -178,7 +178,7 @@ class CopyNames(Names):
         return f"{found}({machine}, {COPY})->{behind}"
 
     def _alone(self, names: Values, machine: str) -> str:
-        """Return a variable that lies anywhere."""
+        """Return a variable that is not at an index of the copy."""
         chart = self.chart
         declared = {d.name: d for d in (*chart.data, *chart.inputs, *chart.outputs)}
         type_ = declared[names[0]].type
@@ -192,7 +192,7 @@ class CopyNames(Names):
         return f"{self._address(f'{ctype} *', 'value', places)}({machine}, {COPY})"
 
     def _address(self, ctype: str, what: str, places: Sequence[str]) -> str:
-        """Return the function that returns the address of something of each copy."""
+        """Return the function that returns the address of an item of each copy."""
         self.cost += 1
         head = f"static {ctype}{{name}}({self.own} *m, uint8_t {COPY})"
         lines = [f"return &m->{place};" for place in places]
@@ -222,7 +222,7 @@ class CopyNames(Names):
         fields, result = declared[0].parameters, declared[0].result
         passed = [self.field(part.name) for part in fields]
         calls = [self.base.calling(verb, each, passed, "m") for each in values]
-        ctype = "void" if result is None else passed_type(result, self)
+        ctype = "void" if result is None else parameter_type(result, self)
         taken = parameters(fields, self)
         return self._dispatched(f"{verb or 'do_'}at", ctype, taken, calls, machine, arguments)
 
@@ -251,7 +251,7 @@ class CopyNames(Names):
         machine: str,
         arguments: Sequence[str],
     ) -> str:
-        """Return the call of the function that makes the call of the copy."""
+        """Return the call of the function that dispatches to the call of the copy."""
         head = f"static {result} {{name}}({self.own} *m, uint8_t {COPY}{taken})"
         lines = [f"{call};" if result == "void" else f"return {call};" for call in calls]
         name = self._function(what, head, lines, is_returning=result != "void")
@@ -260,7 +260,7 @@ class CopyNames(Names):
     def _function(
         self, what: str, head: str, lines: Sequence[str], *, is_returning: bool = True
     ) -> str:
-        """Return the name of a function that does one of several things, by the copy."""
+        """Return the name of a function with one case for each copy."""
         key = (head, *lines)
         if key not in self.defined:
             self.cost += len(lines)
@@ -282,7 +282,7 @@ class CopyNames(Names):
 
 
 def _index(steps: Sequence[Step]) -> str | None:
-    """Return an array with the index of the copy, None if the steps are not such."""
+    """Return an array with the index of the copy, or None if the steps have no such form."""
     indexes = [index for _, index in steps if index is not None]
     if len(indexes) < len(steps) or len({name for name, _ in steps}) > 1:
         return None
@@ -298,7 +298,7 @@ def _sum(step: int, first: str) -> str:
 
 
 def _switch(lines: Sequence[str], *, is_returning: bool) -> list[str]:
-    """Return the statement of each copy, in a case of its own."""
+    """Return a switch with the statement of each copy."""
     found = [f"switch ({COPY}) {{"]
     for number, line in enumerate(lines):
         found.append("    default:" if number == len(lines) - 1 else f"    case {number}u:")

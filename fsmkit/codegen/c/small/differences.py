@@ -45,7 +45,7 @@ from fsmkit.plan.operations import (
 
 
 class NotMergeable(Exception):  # noqa: N818  (an outcome, which no host sees)
-    """Copies cannot have one body."""
+    """Copies that cannot share one body."""
 
 
 class Leaf(Enum):
@@ -75,8 +75,8 @@ class ContentInContext:
     events: tuple[int, ...]
     content: Any
     what: str = field(compare=False)
-    of: int = field(default=0, compare=False)
-    """The transition."""
+    transition: int = field(default=0, compare=False)
+    """The index of the transition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,11 +114,11 @@ class Differences:
 
     @property
     def varying(self) -> Mapping[HostNote, Values]:
-        """Those that are not the same in all copies."""
+        """The leaves that differ between copies."""
         return {key: values for key, values in self.notes.items() if len(set(values)) > 1}
 
     def note(self, leaf: Leaf, values: Values) -> None:
-        """Note what a leaf is in each copy; the same thing cannot be two things in another."""
+        """Record a leaf in each copy; equal leaves must map to equal leaves."""
         if None in values:
             if any(value is not None for value in values):
                 raise NotMergeable
@@ -187,7 +187,7 @@ def _literal(trees: Values, found: Differences) -> Any:
 
 
 def _require(trees: Values, found: Differences) -> None:
-    """End the comparison at what is printed by other means than names."""
+    """End the comparison at items that are not printed through names."""
     first = trees[0]
     if isinstance(
         first, Invoke | CoveredGuard | CoveredCondition | WantInvoke | DropInvoke | EndInvoked
@@ -214,7 +214,7 @@ def _noting(*leaves: Leaf) -> Noting:
 
 
 def _event(values: Values, _: object, found: Differences) -> None:
-    """Note an event; where it carries anything, its payloads lie alike."""
+    """Record an event; events with a payload must have the same layout."""
     known = [None if event is None else found.chart.events[event].fields for event in values]
     if any(each != known[0] for each in known):
         raise NotMergeable

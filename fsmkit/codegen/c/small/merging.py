@@ -1,7 +1,7 @@
-"""One body for all copies of a used chart: handlers that differ in numbers and data are one.
+"""One body for all copies of a used chart.
 
-What the instances of the Plan do is compared as typed trees (`small.differences`). The shared body
-is printed from the tree of the first copy, with names that compute from ``copy``, the number of the
+The instances of the Plan are compared as typed trees (`small.differences`). The shared body is
+printed from the tree of the first copy. Its names are computed from ``copy``, the number of the
 copy (`small.copy_names`).
 """
 
@@ -22,10 +22,11 @@ __all__ = ["COPY", "BodyMerger", "Shared"]
 
 Lines = tuple[str, ...]
 LINE, READ, TABLE = 12, 12, 16
-"""Bytes of a line or a call, of a body that computes with `COPY`, of reading that from a table
-(Cortex-M0, gcc -Os, on the average); an entry of the table is one byte."""
+"""Bytes of a line or a call, of a body that computes with `COPY`, and of a table look-up
+(Cortex-M0, gcc -Os, on the average). An entry of the table is one byte.
+"""
 Print = Callable[[Emitter, CopyNames, Any], None]
-"""Prints a tree with the names that it is given."""
+"""Prints a tree with given names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Shared:
     reads: bool
     """Whether it reads `COPY`."""
     cost: int
-    """Lines that a body of one copy does not have."""
+    """Lines that the body of a single copy does not have."""
 
 
 class BodyMerger:
@@ -59,9 +60,9 @@ class BodyMerger:
         """Return bodies with their members, and whether any reads ``copy``.
 
         Args:
-            bodies: The lines of each, by what they are of.
-            places: Where that stands.
-            tree: What is printed of it; None for what is never shared.
+            bodies: The lines of each body, by its number.
+            places: The instance that contains the body, by its number.
+            tree: Returns the tree of a body; None for a body that is never shared.
             print_: Prints a tree.
 
         """
@@ -99,7 +100,7 @@ class BodyMerger:
         out = Emitter()
         try:
             tree, found = unified(self._names.chart, trees)
-            names = CopyNames.of(self._names, found, self._functions, self._defined)
+            names = CopyNames.create(self._names, found, self._functions, self._defined)
             print_(out, names, tree)
         except NotMergeable:
             return None

@@ -1,7 +1,7 @@
 """The form for size: the tables of the Plan, and functions that read them.
 
-Every transition is selected by Appendix D; what it exits and enters is looked up. That takes more
-time than straight code, the more states lie above each other.
+Every transition is selected by Appendix D; tables hold what it exits and enters. Deeper hierarchies
+therefore take more time than in straight code.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class TablePrinter(FormPrinter):
     # --- calls ----------------------------------------------------------------------------
 
     def entry(self, out: Emitter, ops: Ops) -> None:
-        """Print the call that enters a path; of a grid the one state that is entered."""
+        """Print the call that enters a path; in a grid, the entry of one state."""
         if self.names.form is not Form.GRID:
             out.line(self._enter_path(ops, 0))
             return
@@ -177,9 +177,9 @@ class TablePrinter(FormPrinter):
         print_: Callable[[Emitter, int], None],
         tree: Callable[[int], StateActions],
     ) -> None:
-        """Print a function that does what one state does when it is entered or exited.
+        """Print a function with the actions of each state when it is entered or exited.
 
-        States that do the same share a case, and those that do nothing have none.
+        States with equal actions share a case, and states without actions have none.
         """
         p = self.own
         bodies: dict[int, Lines] = {}
@@ -228,7 +228,7 @@ class TablePrinter(FormPrinter):
         return narrowest(len(self._states) + len(self._specials), least="uint16_t")
 
     def _forget_all(self) -> Lines:
-        """Return what makes histories hold nothing whose parents are active after a path."""
+        """Return the statements that clear histories whose parents are active after a path."""
         out = Emitter()
         for state, histories in enumerate(self.plan.forgotten):
             if histories:
@@ -241,7 +241,7 @@ class TablePrinter(FormPrinter):
     # --- transitions ----------------------------------------------------------------------
 
     def print_general(self, out: Unit) -> None:
-        """Print what transitions do, by the number that takes them."""
+        """Print the effects of transitions, by the number that takes them."""
         if not self._tables.is_compact:
             super().print_general(out)
             return
@@ -254,7 +254,7 @@ class TablePrinter(FormPrinter):
         self.print_act(out)
 
     def print_take(self, out: Unit) -> None:
-        """Print the function that takes what was selected."""
+        """Print the function that takes the selected transition."""
         if self._tables.is_compact:
             self._piece(out, "take")
         else:
@@ -294,8 +294,8 @@ class TablePrinter(FormPrinter):
             return self._enter_path(variant.entry, variant.domain), "return;"
 
         count = len(self.chart.transitions)
-        begins = [tables.path_of(n) if n in self.variants else 0 for n in range(count)]
-        self.table(out, "path_of", begins, "By transition: where its path begins.")
+        starts = [tables.path_of(n) if n in self.variants else 0 for n in range(count)]
+        self.table(out, "path_of", starts, "By transition: where its path starts.")
         out.define("enter")
         out.line(f"static void {p}_enter({p} *m, {self.names.taken_type} taken)")
         with out.block("{"):
@@ -348,7 +348,7 @@ class TablePrinter(FormPrinter):
         guarded = [
             t for t in self.chart.transitions if t.guard is not None and t.trigger in triggers
         ]
-        bodies = {t.index: (f"return {self.selection.asked(t)};",) for t in guarded}
+        bodies = {t.index: (f"return {self.selection.memoized_guard(t)};",) for t in guarded}
         places = {t: self.plan.instances.transition(t) for t in bodies}
         done, reads = self._merger.merge(bodies, places, self._guard, self._print_guard)
         before: list[str] = []
@@ -368,7 +368,9 @@ class TablePrinter(FormPrinter):
         first: dict[int, int] = {}
         for transition in tried:
             if transition.guard is not None:
-                number = numbers.setdefault(self.selection.asked(transition), len(numbers) + 1)
+                number = numbers.setdefault(
+                    self.selection.memoized_guard(transition), len(numbers) + 1
+                )
                 place = self.plan.instances.transition(transition.index)
                 places[number] = place if places.get(number, place) == place else None
                 first.setdefault(number, transition.index)
@@ -381,7 +383,9 @@ class TablePrinter(FormPrinter):
         before = [f"const uint8_t {COPY} = {self.own}_copy_asking[guard];"] if reads else []
         cases = [([f"case {number}u:" for number in members], body) for members, body in done]
         self._guard_function(out, "guard", tried, before, cases)
-        guards = [0 if t.guard is None else numbers[self.selection.asked(t)] for t in tried]
+        guards = [
+            0 if t.guard is None else numbers[self.selection.memoized_guard(t)] for t in tried
+        ]
         events = [row.event + 1 for row in rows]
         self.table(out, "row_event", events or [0], "By row: the event that is asked for.")
         self.table(out, "row_guard", guards or [0], "By row: the guard; 0 for none.")
@@ -412,7 +416,7 @@ class TablePrinter(FormPrinter):
         out.line()
 
     def print_selectors(self, out: Unit) -> None:
-        """Print the functions that select, after the type of what they find."""
+        """Print the functions that select, after the type of their results."""
         many = "" if self.plan.is_single else "_0"
         self._piece(out, f"select_event{many}")
         self._piece(out, f"select_eventless{many}")
@@ -420,7 +424,7 @@ class TablePrinter(FormPrinter):
     # --- copies of used charts ------------------------------------------------------------
 
     def _copies(self, out: Unit, name: str, places: Sequence[Instance | None], note: str) -> None:
-        """Print the table of the numbers of copies in which something lies; 0 outside of them."""
+        """Print the table of copy numbers of items; 0 outside of copies."""
         if any(places):
             numbers = [0 if place is None else place.copy for place in places]
             self.table(out, name, numbers, note)
@@ -429,7 +433,7 @@ class TablePrinter(FormPrinter):
         return f"const uint8_t {COPY} = {self.own}_copy_taking[{transition}];"
 
     def print_act(self, out: Unit) -> None:
-        """Print what each transition does between exiting and entering."""
+        """Print the content of each transition, which runs between exit and entry."""
         of = [self.plan.instances.transition(t.index) for t in self.chart.transitions]
         self._copies(out, "copy_taking", of, "By transition: the number of the copy it lies in.")
         super().print_act(out)
@@ -442,11 +446,11 @@ class TablePrinter(FormPrinter):
         return done, (self._copy_of(taken),) if reads else ()
 
     def merge_contents(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
-        """Return the contents of transitions, each once, and what is declared before them."""
+        """Return the distinct contents of transitions, and the declarations before them."""
         return self._merge(bodies, self._content, self._print_content, self.transition_taken)
 
     def merge_timeouts(self, bodies: dict[int, Lines]) -> tuple[Merged, Lines]:
-        """Return the bodies of timeouts, each once, and what is declared before them."""
+        """Return the bodies of timeouts without duplicates, and the declarations before them."""
         return self._merge(bodies, self._fired, self._print_fired, "timer.what")
 
     def _print_handlers(self, out: Emitter, names: CopyNames, tree: Any) -> None:
@@ -463,17 +467,17 @@ class TablePrinter(FormPrinter):
         self.content.under(names).block(out, tree.content, tree.events, tree.what)
 
     def _guard(self, transition: int) -> ContentInContext | None:
-        """Return the guard of a transition; None for one that is evaluated only once."""
+        """Return the guard of a transition, or None for one that is evaluated only once."""
         t = self.chart.transitions[transition]
         return (
             None
-            if self.selection.is_remembered(t)
+            if self.selection.is_memoized(t)
             else ContentInContext(t.events, t.guard, "", transition)
         )
 
     def _print_guard(self, out: Emitter, names: CopyNames, tree: Any) -> None:
-        guarded = replace(self.chart.transitions[tree.of], guard=tree.content)
-        out.line(f"return {self.selection.under(names).asked(guarded)};")
+        guarded = replace(self.chart.transitions[tree.transition], guard=tree.content)
+        out.line(f"return {self.selection.under(names).memoized_guard(guarded)};")
 
     def _fired(self, transition: int) -> TimeoutBody | None:
         t = self.chart.transitions[transition]

@@ -76,15 +76,15 @@ def prefix_of(number: int, name: str) -> str:
     return f"m{number}_{snake(name)[:LONGEST_NAME]}"
 
 
-def options_for(chart: Chart, *, tells_reads: bool = False) -> Options:
+def options_for(chart: Chart, *, observes_reads: bool = False) -> Options:
     """Return the options with which a chart is generated for exploration.
 
     A compiler takes minutes for straight code of thousands of states, and seconds for tables.
-    ``tells_reads``: inputs are chosen when they are read, see `ClosedSystem.read_inputs`.
+    ``observes_reads``: inputs are chosen when they are read, see `ClosedSystem.read_inputs`.
     """
     states = sum(len(one.states) for one in charts_within(chart))
     aim = {"optimize": COMPILING} if states > MOST_STRAIGHT else {}
-    return replace(read_options({"with": "info", **aim}), tells_reads=tells_reads)
+    return replace(read_options({"with": "info", **aim}), observes_reads=observes_reads)
 
 
 def bind(

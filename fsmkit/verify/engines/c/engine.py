@@ -106,7 +106,7 @@ def model_files(closed: ClosedSystem, findings: Findings) -> dict[str, str]:
         if own.has_errors:
             findings.extend(own)
             findings.stop_on_errors()
-        options = options_for(shape.chart, tells_reads=bool(closed.read_inputs))
+        options = options_for(shape.chart, observes_reads=bool(closed.read_inputs))
         prefix = prefix_of(first, closed.system.machines[first].name)
         machines, own_files = bind(closed, shape, generate_machine(long_waiting, prefix, options))
         built |= {machine.number: machine for machine in machines}
