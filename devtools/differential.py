@@ -44,7 +44,14 @@ BATCH = 25
 CONTEXT = 8
 """Lines of the trace shown before the first that differs."""
 LIMITS = frozenset(
-    {"abstract-chart", "c-limit", "javascript-sometimes", "python-sometimes", "transitions-limit"}
+    {
+        "abstract-chart",
+        "c-limit",
+        "javascript-sometimes",
+        "python-sometimes",
+        "target-limit",
+        "transitions-limit",
+    }
 )
 """The rules by which a target rejects a chart; any other error is a fault of the target."""
 

@@ -36,13 +36,18 @@ def documents(draw: DrawFn, states: int = 16) -> doc.Document:
 
 
 def random_document(
-    choices: Choices, states: int = 16, *, has_functions: bool = False
+    choices: Choices,
+    states: int = 16,
+    *,
+    has_functions: bool = False,
+    declared: Declared | None = None,
 ) -> doc.Document:
     """Return a document of about that many states at most.
 
     ``has_functions``: with functions, conversions, local variables and numbered members, too.
+    ``declared``: its declarations, instead of random ones.
     """
-    return _random(choices, states, has_functions=has_functions)[0]
+    return _random(choices, states, declared, has_functions=has_functions)[0]
 
 
 def random_family(choices: Choices, states: int = 10) -> tuple[doc.Document, ...]:
@@ -55,10 +60,14 @@ def random_family(choices: Choices, states: int = 10) -> tuple[doc.Document, ...
 
 
 def _random(
-    choices: Choices, states: int, *, has_functions: bool = False
+    choices: Choices,
+    states: int,
+    declared: Declared | None = None,
+    *,
+    has_functions: bool = False,
 ) -> tuple[doc.Document, Content]:
     root = Grower(choices, choices.integer(1, states)).root()
-    declared = declare(choices)
+    declared = declare(choices) if declared is None else declared
     if has_functions:
         return _with_functions(choices, root, declared)
     ids = tuple(node.id for node in root.below() if node.is_real)
