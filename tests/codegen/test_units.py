@@ -271,10 +271,10 @@ def test_nodes_are_kept_running(deployment: Deployment, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--exec", "board_{node}"], "does not begin with an absolute path"),
+        (["--exec", "board_{node}"], "does not start with an absolute path"),
         (["--exec", "/bin/'x"], "cannot be divided into words"),
         (["--exec", "/bin/x '\n'"], "cannot be printed"),
-        (["--exec", ""], "does not begin with an absolute path"),
+        (["--exec", ""], "does not start with an absolute path"),
         (["--exec", "/bin/x", "--node", "c"], "the deployment has no node `c`"),
         (["--exec", "/bin/x", "--cpus", "2-3"], "`2-3` is not a list of processors"),
         (["--exec", "/bin/x", "--user", "a\nb"], "is not a user name"),
@@ -296,7 +296,7 @@ def test_commands_that_cannot_be_started(
 def test_where_nodes_answer_must_be_there_if_a_command_names_it(deployment: Deployment) -> None:
     with pytest.raises(FsmkitError) as refused:
         services_of(replace(deployment, health=()), "/bin/x {health}")
-    assert "does not say where `a` answers" in str(refused.value)
+    assert "needs the health address of `a`" in str(refused.value)
 
 
 def test_a_chart_is_no_deployment(capsys: pytest.CaptureFixture[str]) -> None:

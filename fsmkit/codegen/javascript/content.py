@@ -28,7 +28,7 @@ ROUTES = {
 
 
 def of_transition(chart: Chart, printer: Printer, transition: Transition) -> Printer:
-    """Return what prints guard and content of a transition."""
+    """Return the printer of a transition's guard and content."""
     payload = payload_of(chart, transition)
     if payload is None:
         return printer
@@ -43,15 +43,15 @@ class ContentPrinter(StatementPrinter):
         """Print the content of a chart to ``out``, its expressions by ``printer``."""
         self.chart, self.out, self.printer = chart, out, printer
         self.result: lang.Type | None = None
-        """Of the function of the chart in which the statements are."""
+        """The function of the chart whose statements are printed, or None."""
 
     def of(self, transition: Transition) -> ContentPrinter:
-        """Return what prints the content of a transition."""
+        """Return the printer of a transition's content."""
         printer = of_transition(self.chart, self.printer, transition)
         return ContentPrinter(self.chart, self.out, printer)
 
     def statements(self, block: stmt.Block) -> None:
-        """Print statements; those behind a local variable know it."""
+        """Print statements; those after a local variable can use it."""
         outer = self.printer
         super().statements(block)
         self.printer = outer
@@ -62,7 +62,7 @@ class ContentPrinter(StatementPrinter):
         self.out.line(f"let {self.printer.print(variable)} = {text};")
 
     def _declare(self, *variables: lang.Variable | None) -> None:
-        """Let the statements that follow know some more local variables."""
+        """Declare local variables for the statements that follow."""
         known = dict(self.printer.locals)
         for variable in variables:
             if variable is not None and variable.storage is lang.Storage.LOCAL:
@@ -102,7 +102,7 @@ class ContentPrinter(StatementPrinter):
         self.out.line(f"rt.{'endOfBlock' if is_raised else 'cannot'}({quoted(reason)});")
 
     def payload(self, event: int, arguments: tuple[lang.Expr, ...]) -> str:
-        """Return an array of the values of the fields of an event."""
+        """Return an array with the values of an event's fields."""
         return self._values(arguments, self.chart.events[event].fields)
 
     def _values(self, arguments: tuple[lang.Expr, ...], fields: tuple[lang.Field, ...]) -> str:
@@ -120,7 +120,7 @@ class ContentPrinter(StatementPrinter):
             self._store(location, "value")
 
     def _store(self, location: lang.Location, value: str) -> None:
-        """Print how a variable gets a copy of what it holds, with another part."""
+        """Print the assignment of a copy of a variable's value with one part replaced."""
         match location:
             case lang.Variable():
                 self.out.line(f"{self.printer.print(location)} = {value};")

@@ -1,4 +1,4 @@
-"""The types of a generated module, for TypeScript: what a host gives and gets."""
+"""The types of a generated module for TypeScript, in both directions of the host's interface."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fsmkit.emit import Emitter, Namer, printing
 from fsmkit.emit.javascript import comment, quoted
 
 GLOBALS = ("Machine", "Readonly", "Uint8Array")
-"""What the declarations mean by these names."""
+"""The names that the declarations use."""
 _WORDS = """
     any arguments as asserts async await bigint boolean break case catch class const continue
     debugger default delete do else enum eval export extends false finally for function if
@@ -23,12 +23,12 @@ _WORDS = """
     true try type typeof undefined unique unknown var void while with yield
 """
 WORDS = frozenset(_WORDS.split())
-"""Words of ECMAScript and TypeScript that name no type, parameter or part of a tuple."""
+"""Words of ECMAScript and TypeScript that cannot name types, parameters or tuple elements."""
 
 
 @printing
 def declarations_text(chart: Chart, name: str, runtime: str, *, saved: bool) -> str:
-    """Return the declarations of the module whose class has a name; the same for the same chart."""
+    """Return the declarations of a module, given its class name: equal for equal charts."""
     out = Emitter("  ")
     DeclarationPrinter(chart, out, name, saved=saved).print(runtime)
     return out.finish()
@@ -118,12 +118,12 @@ class DeclarationPrinter:
         return f"[{', '.join(self._labelled(event.fields))}]"
 
     def _labelled(self, fields: Iterable[lang.Field]) -> Iterator[str]:
-        """Yield fields as parameters, or as parts of a tuple."""
+        """Yield fields as parameters or as elements of a tuple."""
         names = Namer(WORDS)
         return (f"{names.name(each.name, '_')}: {self.type(each.type)}" for each in fields)
 
     def type(self, type_: lang.Type) -> str:
-        """Return a type as TypeScript has it."""
+        """Return a type in TypeScript."""
         match type_:
             case lang.BoolType():
                 return "boolean"

@@ -23,9 +23,9 @@ from fsmkit.language.values import part_types
 from fsmkit.plan.values import bounding, lowered, wrapping_bounds
 
 SAFE = 2**53 - 1
-"""The greatest integer that a number holds with all below it (ECMA-262, MAX_SAFE_INTEGER)."""
+"""The greatest integer up to which all integers are exact (ECMA-262, MAX_SAFE_INTEGER)."""
 ALL_BIG = -1
-"""Instead of `SAFE`: every integer is BigInt, the oracle of the tests."""
+"""A value for `SAFE` that makes every integer a BigInt: the oracle of the tests."""
 
 CHOICE, OR, AND, BITOR, BITXOR, BITAND, EQUAL, COMPARE, SHIFT, SUM, PRODUCT, SIGN = range(1, 13)
 EQUALITY = (lang.BinaryOp.EQ, lang.BinaryOp.NE)
@@ -57,7 +57,7 @@ class Printer(ExprPrinter):
     operations: Mapping[str, Operation]
     safe: int = SAFE
     payload: Mapping[str, int] | None = None
-    """None where it is not known which event is current: looked up when needed."""
+    """None if the current event is unknown; the code then looks the position up."""
     functions: Mapping[str, str] = field(default_factory=dict)
     """The names of the chart's functions."""
     locals: Mapping[str, str] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class Printer(ExprPrinter):
         return self.held(self.fragment(folded), folded.type, type_).text
 
     def held(self, text: Fragment, source: lang.Type | None, type_: lang.Type) -> Fragment:
-        """Return a value of one type as values of another are held."""
+        """Return a value of one type in the representation of another."""
         if isinstance(type_, lang.ArrayType) and isinstance(source, lang.ArrayType):
             if self.is_big(source.element) == self.is_big(type_.element):
                 return text
@@ -112,7 +112,7 @@ class Printer(ExprPrinter):
         return self._as(text, self.is_big(source), big=self.is_big(type_))
 
     def moved(self, text: str, source: lang.Type, type_: lang.Type) -> str:
-        """Return a value of one type, given as text, as values of another are held."""
+        """Return the text of a value of one type in the representation of another."""
         return self.held(Fragment(text), source, type_).text
 
     def _as(self, text: Fragment, is_big: bool, *, big: bool) -> Fragment:
@@ -275,7 +275,7 @@ class Printer(ExprPrinter):
         return self._reduced(Fragment(f"{name}({', '.join(texts)})"), expr, big=big)
 
     def _reduced(self, text: Fragment, expr: lang.Expr, *, big: bool) -> Fragment:
-        """Return a result wrapped around if it can leave its type, as its type is held."""
+        """Return a result in the representation of its type, wrapped around if it can exceed it."""
         type_ = expr.type
         if wrapping_bounds(expr) is None or not isinstance(type_, lang.IntType):
             return self._as(text, big, big=self.is_big(type_))

@@ -35,7 +35,7 @@ RUNTIME = "fsmkit_runtime.mjs"
 TYPES = "fsmkit_runtime.d.mts"
 SAVING = "fsmkit_saving.mjs"
 GLOBALS = ("BigInt", "Infinity", "Map", "Math", "NaN", "Number", "Object", "Set", "Undefined")
-"""What the module means by these names."""
+"""The names that the module uses."""
 SAVED = """
 
 /** The machine as bytes, at a time in ticks, else at that of the last call. */
@@ -57,7 +57,7 @@ def library(*, saved: bool) -> dict[str, str]:
 
 
 def file_name(chart: Chart, prefix: str | None = None) -> str:
-    """Return the name of the module: ``feeder.mjs``; not that of what it imports."""
+    """Return the file name of the module: ``feeder.mjs``; never that of an imported file."""
     name = f"{snake(prefix or chart.name)}.mjs"
     return f"machine_{name}" if name in (RUNTIME, SAVING) else name
 
@@ -72,7 +72,7 @@ def class_name(chart: Chart, prefix: str | None = None) -> str:
 def module_text(
     chart: Chart, prefix: str | None = None, *, saved: bool = False, safe: int = SAFE
 ) -> str:
-    """Return the text of the module: the same for the same chart. ``prefix`` names the class.
+    """Return the text of the module. The same chart has the same text. ``prefix`` names the class.
 
     ``saved``: the machine can be saved and restored.
     """
@@ -102,7 +102,7 @@ def module_text(
 
 @dataclass(frozen=True, slots=True)
 class ModulePrinter:
-    """Prints the definitions of charts, those that are invoked before what invokes them."""
+    """Prints the definitions of charts, invoked charts before their invokers."""
 
     out: Emitter
     safe: int
@@ -123,7 +123,7 @@ class ModulePrinter:
 
 @dataclass(frozen=True, slots=True)
 class ChartPrinter:
-    """Prints one chart: a function for each answer, and tables of them."""
+    """Prints one chart: a function for each block of code, and tables of these functions."""
 
     plan: Plan
     out: Emitter
@@ -137,11 +137,11 @@ class ChartPrinter:
 
     @property
     def content(self) -> ContentPrinter:
-        """What prints content outside of transitions."""
+        """The printer of content outside of transitions."""
         return ContentPrinter(self.chart, self.out, self.printer)
 
     def print(self, invoked: list[str]) -> None:
-        """Print all of it; ``invoked``: the definitions of the invoked charts."""
+        """Print the definition; ``invoked``: the names of the invoked charts' definitions."""
         chart, out = self.chart, self.out
         called = functions_called(chart)
         for function in chart.functions:
@@ -269,7 +269,7 @@ class ChartPrinter:
         return _object(parts)
 
     def _final(self, actions: Iterable[Action]) -> None:
-        """Print what entering a final state does besides (Appendix D, enterStates)."""
+        """Print the additional effects of entering a final state (Appendix D, enterStates)."""
         for action in actions:
             match action:
                 case Finish():
@@ -283,7 +283,7 @@ class ChartPrinter:
                     pass  # the runtime does it for every state
 
     def _done(self, event: int, data: tuple[Expr, ...]) -> str:
-        """Return what a final state says of its end (SCXML 5.5)."""
+        """Return the done event of a final state with its data (SCXML 5.5)."""
         texts = []
         for place, part in enumerate(self.chart.events[event].fields):
             text = self.printer.spell(default_value(part.type), part.type)
@@ -337,7 +337,7 @@ class ChartPrinter:
         return _object(parts)
 
     def _others(self, transition: Transition) -> dict[str, str]:
-        """Return the transitions that wait for the timer of this one, too, if there are any."""
+        """Return the other transitions that share the timer of this one."""
         waiting = self.chart.alternatives[transition.index] if transition.has_timer else ()
         return {"others": _numbers(t.index for t in waiting[1:])} if waiting[1:] else {}
 
@@ -353,7 +353,7 @@ class ChartPrinter:
         return _object({"conditions": f"[{_list(conditions)}]", "domain": domain, "enter": enter})
 
     def _ops(self, ops: tuple[Op, ...], held: Mapping[int, str]) -> None:
-        """Print operations of the plan; ``held``: where what histories held is kept."""
+        """Print operations of the Plan; ``held``: the variables with the records of histories."""
         out = self.out
         for op in ops:
             match op:
@@ -436,7 +436,7 @@ class ChartPrinter:
     def _passage(
         self, passage: Passage | None, source: tuple[Field, ...], events: tuple[Event, ...]
     ) -> str:
-        """Return what an event becomes in another machine."""
+        """Return the conversion of an event for another machine."""
         if passage is None:
             return "null"
         texts = []

@@ -56,7 +56,7 @@ def image_lines(image: Image, printer: Printer) -> Iterator[str]:
 
 
 def _type(type_: lang.Type, printer: Printer) -> str:
-    """Return how values of a type are written, and what they lie between."""
+    """Return the saved format of a type, with the bounds of its values."""
     match type_:
         case lang.ArrayType() | lang.RecordType():
             parts = ", ".join(_type(part, printer) for part in part_types(type_))

@@ -1,8 +1,8 @@
-"""Where each build looks for sources, what its manifest says, and an example that compiles.
+"""Packages for embedded builds: source folders, manifests, and an example that compiles.
 
 Sources: the library specification of Arduino (1.5 format), ``library.json`` of PlatformIO, the
-build system and the component manifest of ESP-IDF, the modules of Zephyr. Everything is called by
-the machine's prefix, an identifier in lower case, so that no text of a chart stands in a manifest.
+build system and the component manifest of ESP-IDF, the modules of Zephyr. All names use the
+machine's prefix, an identifier in lower case, so manifests contain no text of a chart.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from fsmkit.emit.template import Fields, filled
 from fsmkit.language import Field, RecordType, Type
 
 TEMPLATES = Path(__file__).parent / "templates"
-"""A folder for each kind of package, with its files; ``@`` in a path stands for the prefix."""
+"""A folder for each kind of package; ``@`` in a path is replaced by the prefix."""
 MACHINE = TEMPLATES / "machine.c"
-"""The part that all examples have: the machine and its clock."""
+"""The common part of all examples: the machine and its clock."""
 VERSION = "0.1.0"
-"""Of the library; whoever publishes one numbers it."""
+"""The version of the library, which its publisher replaces."""
 URL = "https://example.org"
-"""Where the library is to be found: to be replaced as well."""
+"""The address of the library, which its publisher replaces."""
 CLOCKS = {
     "arduino": "(uint32_t)micros()",
     "platformio": "(uint32_t)micros()",
     "esp-idf": "(uint32_t)esp_timer_get_time()",
     "zephyr": "(uint32_t)k_ticks_to_us_floor64((uint64_t)k_uptime_ticks())",
 }
-"""The clock of each environment in us, an expression of type ``uint32_t``; it may wrap around."""
+"""For each environment, an expression of type ``uint32_t`` for its clock in us, which may wrap."""
 TAKEN = frozenset({"setup", "loop", "app_main"})
-"""Functions that environments call."""
+"""Functions that the environments call."""
 
 
 def packed(kind: str, names: Names, files: Mapping[str, str]) -> dict[str, str]:
     """Return the files of a package; sources are in ``src``.
 
     Raises:
-        FsmkitError: ``wrong-option``, where the environment has the prefix for its own.
+        FsmkitError: ``wrong-option``, if the environment reserves the prefix.
 
     """
     p = names.prefix
@@ -71,7 +71,7 @@ def packed(kind: str, names: Names, files: Mapping[str, str]) -> dict[str, str]:
 
 
 def _example(names: Names, clock: str) -> Fields:
-    """Return the fields of a host that does nothing in its operations and runs the machine."""
+    """Return the template fields of a host that runs the machine and has empty operations."""
     p, chart = names.prefix, names.chart
     out = Emitter()
     for operation in chart.operations:
@@ -95,7 +95,7 @@ def _example(names: Names, clock: str) -> Fields:
 def stub(
     out: Emitter, names: Names, name: str, fields: tuple[Field, ...], result: Type | None
 ) -> None:
-    """Print a function of the host that does nothing."""
+    """Print an empty function of the host."""
     p = names.prefix
     ctype = "void" if result is None else parameter_type(result, names)
     out.line(f"{ctype} {p}_{name}({p} *m{parameters(fields, names)})")

@@ -1,4 +1,4 @@
-"""Packages as a target: the C of a chart where builds of others look for it."""
+"""Packages as a target: the C of a chart in the layout of other build systems."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Package:
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the files, or None after saying what C cannot express.
+        """Return the files, or None if C cannot express the chart (reported to `findings`).
 
         Options: ``package``, one of `KINDS`; the others as of the target ``c``.
         """

@@ -1,4 +1,4 @@
-"""An extension module built on this machine, for the Python that runs this."""
+"""Builds an extension module on this computer, for the running Python."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ COMMON = ("-fPIC", "-fvisibility=hidden", "-w")
 
 
 def suffix() -> str:
-    """Return how the file of an extension module ends: one for all Pythons where there can be."""
+    """Return the suffix of an extension module: that of the stable ABI, if available."""
     if sysconfig.get_config_var("Py_GIL_DISABLED") or sys.platform == "win32":
         return str(sysconfig.get_config_var("EXT_SUFFIX"))
     return ".abi3.so"
 
 
 def headers() -> list[Path]:
-    """Return the folders with Python's headers; `FsmkitError` where there are none."""
+    """Return the folders with Python's headers; raise `FsmkitError` if they are missing."""
     found = [Path(sysconfig.get_path(name)) for name in ("include", "platinclude")]
     if not (found[0] / "Python.h").is_file():
         raise fail(
@@ -42,7 +42,7 @@ def build(
     flags: Sequence[str] = OPTIMIZED,
     candidates: Sequence[str] = CANDIDATES,
 ) -> bytes:
-    """Return the extension module ``name`` that is made of one source, which includes the rest."""
+    """Return the bytes of the extension module ``name``, built from one source and its includes."""
     include = headers()
     made = f"{name}{suffix()}"
     with tempfile.TemporaryDirectory(prefix="fsmkit-") as folder:
@@ -55,7 +55,7 @@ def build(
 
 
 def _linking() -> tuple[str, ...]:
-    """Return how a module that finds Python's functions when it is loaded is linked."""
+    """Return the linker options for a module that resolves Python's functions when it is loaded."""
     if sys.platform == "darwin":
         return ("-bundle", "-undefined", "dynamic_lookup")
     return ("-shared",)

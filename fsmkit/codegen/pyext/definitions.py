@@ -1,4 +1,4 @@
-"""What of the Python target an extension module holds as it is, and its types for checkers."""
+"""The Python definitions of an extension module, and its type stub."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ SAVING = (
 
 
 def definitions(module: Module) -> str:
-    """Return the enumerations and the protocol of the host, as Python that the module runs."""
+    """Return the enumerations and the protocol of the host, which the module executes."""
     return "\n\n\n".join((IMPORTS, *_shared(module))) + "\n"
 
 
 @printing
 def stub_text(module: Module) -> str:
-    """Return the ``.pyi``: what a type checker and an editor know of the module."""
+    """Return the ``.pyi`` of the module, for type checkers and editors."""
     chart = module.chart
     source = chart.sources[0].name if chart.sources else "a chart"
     source = python.source_name(source)

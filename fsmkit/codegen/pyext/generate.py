@@ -13,11 +13,11 @@ LIBRARY = {
     name: (Path(__file__).parent / name).read_text(encoding="utf-8")
     for name in ("fsm_python.h", "fsm_python_hooks.h")
 }
-"""Texts that all modules share."""
+"""The texts that all modules share."""
 
 
 def source_name(module: Module) -> str:
-    """Return the name of the one file that is compiled."""
+    """Return the name of the compiled file, which includes the others."""
     return f"{module.name}_python.c"
 
 
@@ -35,6 +35,6 @@ def generate(
         chart, prefix, traced=traced, saved=saved, recorded=recorded, covered=covered
     )
     files = {f"{module.name}.pyi": stub_text(module), source_name(module): wrapper_text(module)}
-    inside = f"{module.machine.names.prefix}_records.c"  # it stands in the wrapper
+    inside = f"{module.machine.names.prefix}_records.c"  # part of the wrapper
     rest = {name: text for name, text in module.machine.files.items() if name != inside}
     return module, files | rest | LIBRARY

@@ -25,29 +25,29 @@ from fsmkit.language import Field, Type
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """What the host provides: an operation, or what takes an event that leaves the machine."""
+    """A method of the host: an operation, or the receiver of an outgoing event."""
 
     name: str
-    """Of the method, in Python."""
+    """The method's name in Python."""
     function: str
-    """Of the generated C."""
+    """The function's name in the generated C."""
     shown: str
-    """What the chart calls it."""
+    """The name in the chart."""
     parameters: tuple[Field, ...]
     result: Type | None
     is_event: bool
     has_peer: bool = False
-    """Whether the method is told to whom an event goes."""
+    """Whether the method takes the target of the event as an argument."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A machine: the one that is the class of the module, or one in a slot of another."""
+    """A machine: the class of the module, or one in a slot of another machine."""
 
     names: Names
     member: Member
     first_call: int
-    """The number of the first of `calls` among those of the whole module."""
+    """The number of the first of `calls` in the numbering of the module."""
     calls: tuple[Method, ...]
     invoked: tuple[Bound, ...]
 
@@ -58,14 +58,14 @@ class Bound:
 
     @property
     def emitted(self) -> frozenset[int]:
-        """The events that the host is given."""
+        """The events that the host receives."""
         given = {method.name for method in self.calls if method.is_event}
         events = enumerate(self.member.names.events)
         return frozenset(index for index, name in events if f"send_{name}" in given)
 
     @property
     def everyone(self) -> Iterator[Bound]:
-        """All machines of the module: those that are invoked before what invokes them."""
+        """All machines of the module, invoked ones before their invokers."""
         for inside in self.invoked:
             yield from inside.everyone
         yield self
@@ -73,7 +73,7 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class Module:
-    """An extension module that is to be written."""
+    """An extension module."""
 
     name: str
     machine: Machine
@@ -82,9 +82,9 @@ class Module:
     saved: bool
     """Whether a machine can be saved and restored."""
     recorded: bool = False
-    """Whether a machine makes records."""
+    """Whether a machine writes records."""
     covered: bool = False
-    """Whether what tests reach is counted."""
+    """Whether coverage is counted."""
 
     @property
     def chart(self) -> Chart:
@@ -93,22 +93,22 @@ class Module:
 
     @property
     def wrapper(self) -> str:
-        """What the names of the wrapper's functions begin with."""
+        """The prefix of the wrapper's functions."""
         return f"py_{self.name}"
 
     @property
     def calls(self) -> tuple[Method, ...]:
-        """What the host provides for all machines, in order of number."""
+        """The methods of the host for all machines, by number."""
         return tuple(method for bound in self.bound.everyone for method in bound.calls)
 
     @property
     def is_calling(self) -> bool:
-        """Whether a step can call something in Python, which may raise or call the machine."""
+        """Whether a step can call Python code, which may raise or call the machine."""
         return self.traced or bool(self.calls) or self._has(Log) or self.is_replying
 
     @property
     def is_replying(self) -> bool:
-        """Whether a step can leave a reply."""
+        """Whether a step can produce a reply."""
         return self._has(Reply)
 
     def _has(self, kind: type[Statement]) -> bool:
@@ -128,7 +128,7 @@ def module_of(
 ) -> Module:
     """Return the module of a chart; ``prefix`` names module and class instead of the chart.
 
-    Names of the C begin with ``<module>_machine``: nothing in the headers of Python does.
+    C names have the prefix ``<module>_machine``, which no header of Python uses.
     """
     name = file_name(chart, prefix).removesuffix(".py")
     extras = {"save" if saved else "info"}
@@ -146,7 +146,7 @@ def module_of(
 
 
 def fields_of(fields: tuple[Field, ...]) -> tuple[str, ...]:
-    """Return names of fields that can be arguments: those of the Python target."""
+    """Return names of fields that are valid arguments, equal to those of the Python target."""
     return distinct([identifier(part.name) for part in fields], {"self", "peer"})
 
 
@@ -156,9 +156,9 @@ def posted(chart: Chart) -> tuple[Event, ...]:
 
 
 def provided(chart: Chart, prefix: str | None) -> dict[str, tuple[str, ...]]:
-    """Return what hosts of the Python target provide, by class, in its order.
+    """Return the methods that hosts of the Python target provide, by class, in its order.
 
-    That target asks for nothing that only transitions call which are never taken.
+    That target omits the methods of transitions that are never taken.
     """
     found = {}
     for class_ in ast.parse(module_text(chart, prefix=prefix)).body:
@@ -174,22 +174,22 @@ def provided(chart: Chart, prefix: str | None) -> dict[str, tuple[str, ...]]:
 
 @dataclass
 class _Numbers:
-    """Counts what the host provides."""
+    """Assigns numbers to the methods of the host."""
 
     given: int = 0
 
     def take(self, count: int) -> int:
-        """Return the next of some numbers."""
+        """Return the first of some consecutive numbers."""
         self.given += count
         return self.given - count
 
 
 def _bind(
-    names: Names, member: Member, asked: Mapping[str, tuple[str, ...]], numbers: _Numbers
+    names: Names, member: Member, methods: Mapping[str, tuple[str, ...]], numbers: _Numbers
 ) -> Bound:
     pairs = zip(names.invoked, member.invoked, strict=True)
-    invoked = tuple(_bind(inside, child, asked, numbers) for inside, child in pairs)
-    wanted = asked[member.names.machine]
+    invoked = tuple(_bind(inside, child, methods, numbers) for inside, child in pairs)
+    wanted = methods[member.names.machine]
     every = (*_operations(names, member), *_events(names, member))
     calls = tuple(method for method in every if method.name in wanted)
     return Bound(names, member, numbers.take(len(calls)), calls, invoked)

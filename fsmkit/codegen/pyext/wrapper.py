@@ -1,4 +1,4 @@
-"""The C of an extension module around a generated machine: tables, which fsm_python.h reads."""
+"""The C of an extension module around a generated machine: the tables for ``fsm_python.h``."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from fsmkit.emit import Emitter, plain, printing, telling
 from fsmkit.emit.c import comment, quoted
 
 RECORDING = "#define FSM_PY_RECORDED\n"
-"""What a file begins with where a machine in it is recorded."""
+"""The first line of a file with a recorded machine."""
 ONCE = """\
 #include "fsm.h"
 #include "fsm.c"
 #include "fsm_python_hooks.h"
 """
-"""And then, however many modules it holds."""
+"""The next lines, once for all modules in the file."""
 SAVING = '#include "fsm_save.c"\n'
-"""And then, where machines are saved."""
+"""The next line if machines are saved."""
 COVERING = '#include "fsm_coverage.c"\n'
-"""And where what tests reach is counted."""
+"""The next line if coverage is counted."""
 KEYWORDS = "METH_FASTCALL | METH_KEYWORDS"
 
 
 @printing
 def wrapper_text(module: Module) -> str:
-    """Return the text of the one file that is compiled."""
+    """Return the text of the compiled file."""
     head = f"/* {module.name}_python.c: {comment(module.chart.name)} as an extension module\n"
     head += f" * of CPython, all of it: compile this. {NOTICE} */\n"
     saving = SAVING if module.saved else ""
@@ -45,7 +45,7 @@ def wrapper_text(module: Module) -> str:
 
 
 def machine_part(module: Module) -> str:
-    """Return the machines with their hooks, what they call, and their tables."""
+    """Return the machines with their hooks and tables, and the functions they call."""
     out = Emitter()
     by_prefix = {bound.names.prefix: bound for bound in module.bound.everyone}
 
@@ -65,7 +65,7 @@ def machine_part(module: Module) -> str:
 
 
 def _before(module: Module, bound: Bound) -> list[str]:
-    """Return what stands before the source of a machine."""
+    """Return the lines before the source of a machine."""
     is_kept = module.is_calling and bound is module.bound
     marks = {"FSM_PY_TRACED": module.traced, "FSM_PY_KEEPS": is_kept}
     lines = [f'#include "{bound.names.prefix}.h"', "#undef FSM_PY_THIS"]
@@ -76,14 +76,14 @@ def _before(module: Module, bound: Bound) -> list[str]:
 
 
 def _host(names: Names) -> list[str]:
-    """Return the functions that a machine calls."""
+    """Return the functions of the host that a machine calls."""
     out = Emitter()
     print_host(out, names)
     return out.finish().rstrip("\n").split("\n")
 
 
 def _machines(out: Emitter, module: Module, bound: Bound, place: tuple[str, ...]) -> None:
-    """Print the tables of the machines in slots, then that of their holder, at a place."""
+    """Print the tables of the machines in slots, then that of their holder."""
     for inside, slot in zip(bound.invoked, bound.names.slots, strict=True):
         _machines(out, module, inside, (*place, slot))
     at = f"offsetof({module.bound.names.prefix}, {'.'.join(place)})" if place else "0"
@@ -95,7 +95,7 @@ def _table_of(module: Module, bound: Bound) -> str:
 
 
 def _machine(out: Emitter, module: Module, bound: Bound, place: str) -> None:
-    """Print the table of a machine: where it lies, and the methods that its calls stand for."""
+    """Print the table of a machine: its location, and the methods that its calls invoke."""
     names, own = bound.names, _table_of(module, bound)
     p, chart = names.prefix, names.chart
     numbered = enumerate(bound.calls, bound.first_call)
@@ -121,7 +121,7 @@ def _call(method: Method, number: int) -> str:
 
 
 def _table(out: Emitter, ctype: str, name: str, rows: Sequence[str]) -> str:
-    """Print an array; return its name, or NULL if it has nothing."""
+    """Print an array; return its name, or NULL if it is empty."""
     if not rows:
         return "NULL"
     with out.block(f"static {ctype} {name}[] = {{", "};"):
@@ -189,7 +189,7 @@ def python_part(module: Module) -> str:
 
 
 def _coverage(out: Emitter, module: Module) -> str:
-    """Print the method that gives out what tests reached, if there is one; return its row."""
+    """Print the method that returns the coverage counters, if counted; return its row."""
     if not module.covered:
         return ""
     own = f"{module.wrapper}_coverage"
@@ -209,7 +209,7 @@ def _coverage(out: Emitter, module: Module) -> str:
         out.line(f"{module.bound.names.prefix}_coverage({own}_write, &told);")
         out.line("return told;")
     out.line()
-    doc = quoted(documented("coverage", (), COVERAGE))
+    doc = quoted(docstring_with_signature("coverage", (), COVERAGE))
     return f'{{"coverage", {own}, METH_NOARGS, {doc}}}'
 
 
@@ -231,7 +231,7 @@ def _print_class(out: Emitter, module: Module, table: Mapping[str, str]) -> None
 
 
 def _event(out: Emitter, own: str, name: str, fields: Sequence[str]) -> str:
-    """Print what Python and messages call the fields of an event."""
+    """Print the names of an event's fields, for Python and messages."""
     text = "const char *const"
     listed = _table(out, text, f"{own}_fields", [quoted(field) for field in fields])
     said = _table(out, text, f"{own}_said", [quoted(name + ": " + field) for field in fields])
@@ -239,7 +239,7 @@ def _event(out: Emitter, own: str, name: str, fields: Sequence[str]) -> str:
 
 
 def _of_events(out: Emitter, module: Module) -> Iterator[str]:
-    """Print `post_` and `dispatch_` of each event; yield their rows."""
+    """Print `post_` and `dispatch_` for each event; yield their rows."""
     put = ("Put `", "` into the queue; False if that is full or the machine does not run.")
     take = ("Process `", "` at once; whether it enabled a transition.")
     calls = str(module.is_calling).lower()
@@ -253,12 +253,14 @@ def _of_events(out: Emitter, module: Module) -> Iterator[str]:
             passed = [function, module.bound.names.prefix, is_posted, calls, str(event.index)]
             passed += [quoted(method)] if shown else []
             out.line(f"FSM_PY_{macro}({', '.join(passed)})")
-            documentation = quoted(documented(method, shown, doc[0] + event.name + doc[1]))
+            documentation = quoted(
+                docstring_with_signature(method, shown, doc[0] + event.name + doc[1])
+            )
             yield f"{{{quoted(method)}, FSM_PY_CALL({function}), {flags}, {documentation}}}"
     out.line()
 
 
 @telling
-def documented(name: str, passed: Sequence[str], doc: str) -> str:
-    """Return a documentation in front of which stands the signature, as Python reads it."""
-    return f"{name}({', '.join(('$self', *passed))})\n--\n\n{doc}"
+def docstring_with_signature(name: str, parameters: Sequence[str], doc: str) -> str:
+    """Return a documentation string that starts with the signature in Python's format."""
+    return f"{name}({', '.join(('$self', *parameters))})\n--\n\n{doc}"

@@ -1,4 +1,4 @@
-"""Which transitions exclude each other, where that depends on what histories hold."""
+"""Conflicts between transitions whose domain depends on recorded histories."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fsmkit.plan.conflicts import conflicts_by_domain, related_domains
 
 
 def print_clashes(out: Lines, plan: Plan, names: Names) -> None:
-    """Print how conflicts are found where histories decide a domain."""
+    """Print the test for conflicts whose domain depends on histories."""
     own = [(t, r) for t, r in enumerate(plan.reactions) if r and r[0].domain is not None]
     still = {t: reactions[0].domain for t, reactions in own if len(reactions) == 1}
     moving = [plan.chart.transitions[t] for t, reactions in own if len(reactions) > 1]

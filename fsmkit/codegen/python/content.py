@@ -31,17 +31,17 @@ ROUTES = {
     stmt.Destination.INVOKER: 3,
     stmt.Destination.INVOKED: 4,
 }
-"""Of delayed sends. To invoked machines: this and the number of their `Needs.addresses`."""
+"""Targets of delayed sends. Invoked machines follow, numbered as in `Needs.addresses`."""
 
 ALIKE = frozenset(
     {stmt.Assign, stmt.Raise, stmt.Send, stmt.Cancel, stmt.Log, stmt.CallOperation, stmt.Reply}
 )
-"""Statements whose text depends on nothing but their form and the payload at hand."""
+"""Statements whose text depends only on their form and on the current payload."""
 
 
 @dataclass
 class Needs:
-    """What the content of a chart asks the class to hold besides."""
+    """The members of the class that the content of a chart needs."""
 
     raised: set[int] = field(default_factory=set)
     sent: set[int] = field(default_factory=set)
@@ -51,16 +51,16 @@ class Needs:
     """Ids of delayed sends."""
     conditions: list[str] = field(default_factory=list)
     """Texts of conditions in content that can fail."""
-    passed: set[int] = field(default_factory=set)
-    """Sent to invoked machines."""
+    invoked: set[int] = field(default_factory=set)
+    """Events that are sent to invoked machines."""
     answered: set[int] = field(default_factory=set)
-    """Sent to the invoker."""
+    """Events that are sent to the invoker."""
     addresses: list[tuple[int, ...]] = field(default_factory=list)
     """Slots of invoked machines that delayed sends go to."""
     copies: list[int] = field(default_factory=list)
-    """Lengths of the arrays that are iterated over."""
+    """The lengths of the arrays that loops iterate over."""
     is_covered: bool = False
-    """What tests reach is counted."""
+    """Whether coverage is counted."""
 
 
 @dataclass
@@ -71,21 +71,21 @@ class ContentPrinter(StatementPrinter):
     names: Names
     needs: Needs
     loops: int = 0
-    """Loops over numbers that were printed."""
+    """The number of printed loops over numbers."""
     _printed: dict[tuple[int, bool, object], tuple[str, ...]] = field(default_factory=dict)
-    """What was printed of a block, by its form or its identity, and by the current payload."""
+    """The lines of printed blocks, by form or identity, and by the current payload."""
     out: Lines = field(default_factory=Lines)
     printer: Printer = field(init=False)
 
     def blocks(
         self, out: Lines, blocks: tuple[stmt.Block, ...], payload: Mapping[str, int] | None
     ) -> None:
-        """Print handlers one after the other: an error in one ends only that."""
+        """Print handlers in order; an error in one ends only that handler."""
         for block in blocks:
             self.block(out, block, payload)
 
     def block(self, out: Lines, block: stmt.Block, payload: Mapping[str, int] | None) -> None:
-        """Print one handler; those that are alike, or the same, are printed once."""
+        """Print one handler; equal handlers are printed once."""
         is_alike = all(statement.__class__ in ALIKE for statement in block)
         known = None if payload is None else tuple(payload.items())
         key = form(block) if is_alike else id(block), is_alike, known
@@ -111,7 +111,7 @@ class ContentPrinter(StatementPrinter):
                 out.line("pass")
 
     def done(self, out: Lines, event: int, data: tuple[lang.Expr, ...]) -> None:
-        """Print how ``done.state`` is raised, with the data of a final state (SCXML 5.5)."""
+        """Print the statement that raises ``done.state``, with a final state's data (SCXML 5.5)."""
         fields = self.chart.events[event].fields
         printer = Printer(self.names)
         if not fields:
@@ -141,10 +141,10 @@ class ContentPrinter(StatementPrinter):
 
     def _raise(self, event: int, arguments: tuple[lang.Expr, ...]) -> None:
         self.needs.raised.add(event)
-        self.out.line(f"{ME}_raise_{self.names.events[event]}({self._passed(arguments)})")
+        self.out.line(f"{ME}_raise_{self.names.events[event]}({self._argument_list(arguments)})")
 
     def _cancel(self, name: str) -> None:
-        self.out.tell(quoted("cancel " + name))
+        self.out.print_trace(quoted("cancel " + name))
         self.out.line(f"{ME}_cancel({self._mark(name)})")
 
     def _local(self, variable: lang.Variable, value: lang.Expr) -> None:
@@ -155,7 +155,7 @@ class ContentPrinter(StatementPrinter):
 
     def _reply(self, value: lang.Expr) -> None:
         self.out.line(f"{ME}reply = {self.printer.frozen(value)}")
-        self.out.tell("f" + _quoted("reply " + shown(f"{ME}reply", value.type)))
+        self.out.print_trace("f" + _quoted("reply " + shown(f"{ME}reply", value.type)))
 
     def _call(self, call: lang.Call) -> None:
         self.out.line(self.printer.print(call))
@@ -165,7 +165,7 @@ class ContentPrinter(StatementPrinter):
         self.out.line(f"raise {LINK}{error}({reason!r})")
 
     def _invoke(self, slot: int, arguments: tuple[lang.Expr, ...]) -> None:
-        self.out.line(f"{ME}_start_{slot}({self._passed(arguments)})")
+        self.out.line(f"{ME}_start_{slot}({self._argument_list(arguments)})")
 
     def _set(self, location: lang.Location, text: str) -> None:
         place_ = self._place(location)
@@ -204,7 +204,7 @@ class ContentPrinter(StatementPrinter):
             passed = ", ".join([*arguments, repr(statement.peer)])
             out.line(f"{ME}_emit_{event}({passed})")
         elif statement.destination is stmt.Destination.INVOKED:
-            self.needs.passed.add(statement.event)
+            self.needs.invoked.add(statement.event)
             passed = ", ".join([*arguments, repr(statement.invocations), repr(statement.peer)])
             out.line(f"{ME}_pass_{event}({passed})")
         elif statement.destination is stmt.Destination.INVOKER:
@@ -269,7 +269,7 @@ class ContentPrinter(StatementPrinter):
         with self.out.suite(f"for at_{number} in range({length}):"):
             yield f"{ME}_copy_{number}[at_{number}]", f"at_{number}"
 
-    def _passed(self, arguments: tuple[lang.Expr, ...]) -> str:
+    def _argument_list(self, arguments: tuple[lang.Expr, ...]) -> str:
         return ", ".join(self.printer.frozen(argument) for argument in arguments)
 
     def function(self, out: Lines, function: lang.FunctionBody) -> None:
@@ -286,7 +286,7 @@ class ContentPrinter(StatementPrinter):
 
 
 def shown(text: str, type_: lang.Type | None) -> str:
-    """Return what stands in an f-string to spell a value as traces do."""
+    """Return the field of an f-string that formats a value as traces do."""
     match type_:
         case lang.BoolType() | lang.IntType() | lang.EnumType() | lang.DurationType():
             return f"{{{text}:d}}"

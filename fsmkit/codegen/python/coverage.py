@@ -1,4 +1,4 @@
-"""Counters of what tests reach, in a generated class: the part `coverage` (`plan.counting`)."""
+"""The part `coverage` of a generated class: counters of what tests reach (`plan.counting`)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from fsmkit.plan.counting import FULL, area_of
 from fsmkit.plan.fingerprint import fingerprint
 
 OFFERED = "coverage"
-"""The method that gives the counters out."""
+"""The method that returns the counters."""
 
 
 def require_names(member: Member) -> None:
-    """Refuse a chart whose class has something of the chart's called as the method of the part."""
+    """Reject a chart whose class has an item with the name of the part's method."""
     names = member.names
     if OFFERED in (*names.variables.values(), *names.operations.values()):
         raise fail(
@@ -28,17 +28,17 @@ def require_names(member: Member) -> None:
 
 
 def area_name(member: Member) -> str:
-    """Return the variable of the module that holds the counters of a class."""
+    """Return the module variable that holds the counters of a class."""
     return f"_counters_{member.names.machine}"
 
 
 def area_text(member: Member) -> str:
-    """Return its definition."""
+    """Return the definition of this variable."""
     return f"{area_name(member)} = bytearray({area_of(member.chart).size})"
 
 
 def print_counting(out: Lines, member: Member) -> None:
-    """Print the methods that count; all machines of a class have the same counters."""
+    """Print the methods that count; all instances of a class share the counters."""
     area = area_name(member)
     full = f"if {area}[counter] < {FULL}:"
     with out.method("_count", "Count something once more.", "counter: int"), out.suite(full):
@@ -63,7 +63,7 @@ def print_counting(out: Lines, member: Member) -> None:
         with out.suite("for place in range(noted):"):
             out.line(f"{area}[counter + 2 + place] |= {ME}_noted >> 8 * place & 255")
         out.line("return value")
-    with out.method("_forget_way", "Begin with another guard."):
+    with out.method("_forget_way", "Forget the conditions of the previous guard."):
         out.line(f"{ME}_way = {ME}_noted = 0")
     _print_access(out, member.chart, area, is_holding=bool(member.invoked))
 

@@ -24,7 +24,7 @@ COMPARISONS = tuple(lang.BinaryOp)[2:8]
 QUOTIENTS = {lang.BinaryOp.DIV: "divide", lang.BinaryOp.REM: "remainder"}
 SHIFTS = (lang.BinaryOp.SHIFT_LEFT, lang.BinaryOp.SHIFT_RIGHT)
 SMALL = 0x3FFFFFFF
-"""The greatest number that Python computes with in one digit: below it, comparing is cheapest."""
+"""The greatest integer of one digit in CPython; comparisons below it are the fastest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +33,9 @@ class Printer(ExprPrinter):
 
     names: Names
     payload: Mapping[str, int] | None = None
-    """None where it is not known which event is current: looked up when needed."""
+    """None if the current event is unknown; the code then looks the position up."""
     parameters: Mapping[str, str] | None = None
-    """In a function of the chart: the names of its variables; else they are attributes."""
+    """The variables of a function of the chart by name; other variables are attributes."""
 
     unary: ClassVar[Mapping[lang.UnaryOp, Operator]] = {
         lang.UnaryOp.NOT: prefix("not ", NOT, NOT),
@@ -101,11 +101,11 @@ class Printer(ExprPrinter):
         return Fragment(f"{ME}_active & {self.names.states[expr.state]} != 0", COMPARE)
 
     def prefixed(self, expr: lang.Unary) -> Fragment:
-        """Print an operator of one operand, its result wrapped around if need be."""
+        """Print a unary operator; its result wraps around if necessary."""
         return _reduced(ExprPrinter.prefixed(self, expr), expr)
 
     def infix(self, expr: lang.Binary) -> Fragment:
-        """Print an operator of two operands, its result wrapped around if need be."""
+        """Print a binary operator; its result wraps around if necessary."""
         return _reduced(self._operation(expr), expr)
 
     def _operation(self, expr: lang.Binary) -> Fragment:
@@ -120,9 +120,9 @@ class Printer(ExprPrinter):
         return ExprPrinter.infix(self, expr)
 
     def sum(self, expr: lang.Expr) -> tuple[str, str] | None:
-        """Return a sum that may wrap around, not yet reduced, and how ``value`` is reduced.
+        """Return an unreduced sum that may wrap around, and the statement that reduces ``value``.
 
-        None for anything else, and where a mask is as cheap as the test.
+        Return None for other expressions, and where a mask costs no more than the test.
         """
         expr = lowered(expr)
         is_sum = isinstance(expr, lang.Binary) and expr.op in (lang.BinaryOp.ADD, lang.BinaryOp.SUB)
@@ -213,7 +213,7 @@ class Printer(ExprPrinter):
 
 
 def _reduced(text: Fragment, expr: lang.Expr) -> Fragment:
-    """Return the result of an operator within its type, wrapped around if it can leave that."""
+    """Return the result of an operator, wrapped around if it can exceed its type."""
     own = wrapping_bounds(expr)
     return text if own is None else _wrapped(text, *own)
 

@@ -1,4 +1,4 @@
-"""The machines of one module: a chart, and a class for each slot that it invokes others in."""
+"""The machines of one module: a chart, and a class for each slot of an invoked machine."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ class Member:
 
     @property
     def everyone(self) -> Iterator[Member]:
-        """All machines of the module: those that are invoked before what invokes them."""
+        """All machines of the module, invoked ones before their invokers."""
         for member in self.invoked:
             yield from member.everyone
         yield self
 
 
 def is_alone(chart: Chart) -> bool:
-    """Whether a machine neither invokes nor is invoked, nor tries to send where that would lead."""
+    """Whether a machine neither invokes, nor is invoked, nor contains a send to such machines."""
     if chart.invocations or chart.done is not None or any(s.invokes for s in chart.states):
         return False
     return not any(
@@ -47,9 +47,9 @@ def is_alone(chart: Chart) -> bool:
 
 
 def family_of(chart: Chart, prefix: str | None = None) -> Member:
-    """Return a chart with all that it invokes. The class of a slot is called after its id.
+    """Return a chart with all machines it invokes. The class of a slot is named after its id.
 
-    ``prefix`` takes the place of the name of the chart.
+    ``prefix`` replaces the name of the chart.
     """
     machine = name_of_class(prefix or chart.name)
     if is_alone(chart):

@@ -125,7 +125,7 @@ def _class(
     numbering: Numbering | None,
     covered: bool,
 ) -> Piece:
-    """Return a class: alone with all that it needs, else derived from what several share."""
+    """Return a class: complete if it is the only machine, else derived from the shared base."""
     chart, names = member.chart, member.names
     is_recorded = numbering is not None
     image = Image(plan) if saved or is_recorded else None
@@ -187,7 +187,7 @@ def _class(
 
 
 def _print_settle(out: Lines, plan: Plan) -> None:
-    """Print the end of a step in which nothing follows an event."""
+    """Print the end of a step after which no further event can follow."""
     with out.method("_settle", "Nothing follows an event that is taken."):
         if plan.features.error_faults:
             with out.suite(f"if {ME}_fault is not None:"):
@@ -210,7 +210,7 @@ def _header(chart: Chart, names: Collection[str]) -> str:
 
 
 def enumerations(names: Names) -> Iterator[str]:
-    """Print the enumerations that are declared, by any machine of the module."""
+    """Print the enumerations that the machines of the module declare."""
     for type_, name in names.enumerations.items():
         out = Lines()
         with out.suite(f"class {name}(IntEnum):"):
@@ -234,7 +234,7 @@ def _values(names: Names) -> list[Piece]:
 
 
 def _bits(plan: Plan, names: Names) -> list[Piece]:
-    """Return the constants of a chart, of its states, a bit each, and of its timers."""
+    """Return the constants of a chart: its own, a bit for each state, and its timers."""
     literals = (literal for _, literal in plan.chart.constants)
     pairs = zip(names.constants.values(), literals, strict=True)
     texts = {name: spell(literal.value, literal.type) for name, literal in pairs}
@@ -249,7 +249,7 @@ def _bits(plan: Plan, names: Names) -> list[Piece]:
 
 
 def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
-    """Return what the host is asked for, by all machines of the module."""
+    """Return the requirements of all machines of the module on the host."""
     methods = {
         method[0]: method
         for member, needs in members
@@ -259,7 +259,7 @@ def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
         return ""
     out = Lines()
     with out.suite(f"class {names.machine}Host(Protocol):"):
-        out.line('"""What the machine asks of its host: methods of a subclass, or of an object."""')
+        out.line('"""The host of the machine: methods of a subclass, or of an object."""')
         for name, passed, result, doc in methods.values():
             with out.method(name, doc, ", ".join(passed), result):
                 out.line("...")
@@ -269,7 +269,7 @@ def host(names: Names, members: list[tuple[Member, Needs]]) -> str:
 def _moves(
     out: Lines, plan: Plan, names: Names, content: ContentPrinter, *, is_seen: bool
 ) -> set[int]:
-    """Print what events, eventless transitions and timeouts do; return the events that do any."""
+    """Print the handlers of events, eventless transitions and timeouts; return handled events."""
     if not print_selection(out, names, plan.selection, "_select_eventless", None):
         with out.method("_select_eventless", "There are no eventless transitions.", result="int"):
             out.line("return 0")
@@ -304,7 +304,7 @@ def _has_guard_method(chart: Chart, index: int) -> bool:
 
 
 def place_of(chart: Chart, index: int) -> str:
-    """Return what a transition is, and where it was written."""
+    """Return the kind of a transition and its source location."""
     return relations.describe(chart, chart.transitions[index])
 
 

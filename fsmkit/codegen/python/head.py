@@ -1,4 +1,4 @@
-"""What a generated class begins with: its slots, its constants, its start values."""
+"""The start of a generated class: its slots, constants and start values."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from fsmkit.language import ArrayType, Literal, RecordType
 from fsmkit.plan import Plan
 
 OFFERED = ("NAME", "STATES", "EVENTS", "log", "reply")
-"""Constants and variables that a host may use."""
+"""The constants and variables that hosts may use."""
 WIDTH = 100
-"""Columns of the generated text, comments and long expressions aside."""
+"""The width of the generated text in columns, except comments and long expressions."""
 
 
 def print_start(out: Lines, plan: Plan, member: Member, needs: Needs, *, is_alone: bool) -> None:
-    """Print how a machine is made, and how its data get their start values."""
+    """Print the constructor and the initialization of the data."""
     chart, names = plan.chart, member.names
     with out.method(
         "__init__",
@@ -61,9 +61,9 @@ def print_head(
     tables: Mapping[str, object],
     used: Container[str] | None,
 ) -> None:
-    """Print slots, types and constants of a class, those that are ``used``; None: all.
+    """Print slots, types and constants of a class.
 
-    ``tables``: more constants.
+    ``used``: the constants to print, None for all; ``tables``: more constants.
     """
     chart, names = plan.chart, member.names
     variables = [v for group in (chart.data, chart.inputs, chart.outputs) for v in group]
@@ -110,7 +110,7 @@ def _adoption(out: Lines, member: Member) -> None:
 
 
 def _start(names: Names, value: Literal) -> str:
-    """Return a start value; arrays and records as lists, which can be changed."""
+    """Return a start value; arrays and records as mutable lists."""
     is_parts = isinstance(value.type, ArrayType | RecordType)
     return spell(value.value, value.type, mutable=True) if is_parts else Printer(names).print(value)
 
@@ -174,7 +174,7 @@ def _spelled(value: object) -> str:
 
 
 def wrapped(out: Lines, opening: str, parts: list[str], closing: str) -> None:
-    """Print a sequence on one line, or else on as many as it takes."""
+    """Print a sequence on one line, or on as many lines as it needs."""
     comma = "," if len(parts) == 1 and closing.startswith(")") else ""
     whole = f"{opening}{', '.join(parts)}{comma}{closing}"
     if len(resolve_links(whole)) + 4 <= WIDTH:

@@ -14,11 +14,11 @@ from fsmkit.plan import Plan
 
 
 def print_invocations(out: Lines, plan: Plan, member: Member, content: ContentPrinter) -> None:
-    """Print how machines are invoked, what is done before their events, and how this one ends."""
+    """Print the methods that invoke machines, precede their events, and conclude this machine."""
     chart, names = member.chart, member.names
     for state in chart.states:
         if state.invokes:
-            doc = "Invoke what stands in " + state.id + "."
+            doc = "Invoke the machines of " + state.id + "."
             with out.method(f"_invoke_{names.bare[state.index]}", doc):
                 content.blocks(out, state.invokes, None)
     for invocation in chart.invocations:
@@ -38,7 +38,7 @@ def print_invocations(out: Lines, plan: Plan, member: Member, content: ContentPr
 
 
 def _start(out: Lines, member: Member, invocation: Invocation) -> None:
-    """Print how a machine is started in its slot, with some data given."""
+    """Print the start of a machine in its slot, with its initial data."""
     slot = invocation.index
     child = member.invoked[slot]
     given = [invocation.chart.data[place] for place in invocation.given]
@@ -59,10 +59,10 @@ def _start(out: Lines, member: Member, invocation: Invocation) -> None:
 
 
 def _conclude(out: Lines, plan: Plan, member: Member, event: int) -> None:
-    """Print how the invoker is told of the end, with the data of the final state (SCXML 5.5)."""
+    """Print the report of the end to the invoker, with the data of the final state (SCXML 5.5)."""
     chart, printer = member.chart, Printer(member.names)
     finals = [chart.states[ending] for ending in plan.endings]
-    with out.method("_conclude", "Tell the invoker of the end."):
+    with out.method("_conclude", "Report the end to the invoker."):
         for place, part in enumerate(chart.events[event].fields):
             out.line(f"{ME}_passed[{place}] = {spell(default_value(part.type), part.type)}")
             for final in finals:
@@ -80,7 +80,7 @@ def _conclude(out: Lines, plan: Plan, member: Member, event: int) -> None:
 
 
 def constants(chart: Chart, needs: Needs) -> dict[str, object]:
-    """Return what the class of a chart that invokes or is invoked holds besides."""
+    """Return the additional tables of a class whose chart invokes or is invoked."""
     return {
         "INVOCATIONS": tuple(invocation.id for invocation in chart.invocations),
         "FORWARDING": tuple(i.index for i in chart.invocations if i.autoforward),
@@ -98,7 +98,7 @@ def constants(chart: Chart, needs: Needs) -> dict[str, object]:
 
 
 def _passage(invocation: Invocation, passage: Passage | None) -> object:
-    """Return the event, and for each field where its value is, or -1 and the value."""
+    """Return the event, and for each field the index of its value, or -1 and a constant."""
     if passage is None:
         return None
     fields = invocation.chart.events[passage.event].fields

@@ -1,4 +1,4 @@
-"""Indented lines of Python, in pieces that are linked by the names that stand in them."""
+"""Indented lines of Python in pieces, which the names in them link."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Uses:
 
 @dataclass(frozen=True)
 class Piece:
-    """A method, a table or a constant: its name and its text, with the empty line before it."""
+    """A method, a table or a constant: its name, and its text after an empty line."""
 
     name: str
     text: str
     read: Uses = Uses()
-    """What it uses beside its links: of a text that is not printed here."""
+    """The unlinked names that a copied text uses."""
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -36,7 +36,7 @@ class Piece:
 
     @cached_property
     def outside(self) -> frozenset[str]:
-        """Those that are not attributes: of its class or of the module."""
+        """The names that are not attributes, of the class or of the module."""
         return linked(self.text) | self.read.outside
 
 
@@ -51,11 +51,11 @@ class Lines(Emitter):
         is_recorded: bool = False,
         first_transition: int | None = None,
     ) -> None:
-        """Start empty, inside of that many suites.
+        """Start empty, at a depth of that many suites.
 
-        ``is_traced``: what is told is printed; ``is_recorded``: it is told whoever listens, and
-        what has a record is recorded; ``first_transition``: the counter of the first one, where
-        what is reached is counted (`plan.counting`).
+        ``is_traced``: print trace statements; ``is_recorded``: print them unconditionally, together
+        with records; ``first_transition``: the counter of the first transition, if coverage is
+        counted (`plan.counting`).
         """
         super().__init__()
         self._depth = depth
@@ -64,23 +64,23 @@ class Lines(Emitter):
         self.is_recorded = is_recorded
         self._first_transition = first_transition
 
-    def tell(self, line: str) -> None:
-        """Print that a line is told to the trace, if there is one; it is an expression."""
+    def print_trace(self, line: str) -> None:
+        """Print a trace statement for an expression, if the machine has a trace."""
         if self.is_recorded:
             self.line(f"{ME}_tell({line})")
         elif self.is_traced:
             with self.suite(f"if {ME}trace is not None:"):
                 self.line(f"{ME}_tell({line})")
 
-    def came(self, state: int, name: str) -> None:
-        """Print that the entry of a state is told, and counted; ``name``: the line, a literal."""
-        self.tell(name)
+    def print_entered(self, state: int, name: str) -> None:
+        """Print the trace and count of entering a state; ``name``: the trace line, a literal."""
+        self.print_trace(name)
         if self._first_transition is not None:
             self.line(f"{ME}_count({state})")
 
-    def took(self, transition: int) -> None:
-        """Print that a transition is told, and recorded."""
-        self.tell(f'"t {transition}"')
+    def print_taken(self, transition: int) -> None:
+        """Print the trace, the record and the count of taking a transition."""
+        self.print_trace(f'"t {transition}"')
         if self.is_recorded:
             self.line(f"{ME}_record_taken({transition})")
         if self._first_transition is not None:
@@ -88,7 +88,7 @@ class Lines(Emitter):
 
     @contextmanager
     def suite(self, opening: str) -> Iterator[None]:
-        """Indent what is added inside; nothing inside becomes ``pass``."""
+        """Indent the lines added inside; an empty suite becomes ``pass``."""
         self.line(opening)
         with self.indented():
             size = len(self._lines)
@@ -97,11 +97,11 @@ class Lines(Emitter):
                 self.line("pass")
 
     def piece(self, name: str) -> None:
-        """Begin a piece; it ends where the next begins."""
+        """Start a piece, which ends where the next starts."""
         self._starts.append((name, len(self._lines)))
 
     def pieces(self) -> list[Piece]:
-        """Return what was added, piece by piece."""
+        """Return the pieces that were added."""
         ends = [start for _, start in self._starts[1:]] + [len(self._lines)]
         return [
             Piece(name, "\n".join(self._lines[start:end]))

@@ -21,11 +21,11 @@ NAME = f"{ascii_letters}{digits}_"
 
 
 def linked(text: str, mark: str = LINK) -> frozenset[str]:
-    """Return the names in a text that stand behind a mark."""
+    """Return the names in a text that follow a mark."""
     parts = text.split(mark)[1:]
     return frozenset(part[: len(part) - len(part.lstrip(NAME))] for part in parts)
 
 
 def resolve_links(text: str) -> str:
-    """Return a text as Python reads it."""
+    """Return a text without marks, as valid Python."""
     return text.replace(LINK, "").replace(OWN, "")

@@ -1,4 +1,4 @@
-"""Leaving and entering states, and the content on the way."""
+"""Exiting and entering states, and the content between."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ from fsmkit.plan.restoring import restored
 FINAL = (RaiseDone, IfFinal, Finish)
 """Actions that follow the content of defaults."""
 SHORT = 3
-"""A handler of at most so many simple statements stands where it runs, not in a method."""
+"""The greatest number of simple statements in a handler that is printed inline."""
 
 
 class Mover:
-    """Prints what changes the configuration, state by state and transition by transition."""
+    """Prints the changes of the configuration, by state and by transition."""
 
     def __init__(self, out: Lines, plan: Plan, names: Names, content: ContentPrinter) -> None:
         self._out = out
@@ -53,26 +53,26 @@ class Mover:
         self._names = names
         self._content = content
         self.is_entered_by_method: Callable[[int], bool] = lambda _: False
-        """Whether there is a method that enters what is to come inside of a state."""
+        """States with a method that enters their requested descendants."""
 
     def states(self) -> None:
-        """Print what `start` does, and what happens when states are left and entered."""
-        self.begin()
+        """Print `start`, and the methods that exit and enter states."""
+        self.print_start()
         for state in self._chart.states[1:]:
             if not state.is_history:
-                self.exited(state)
-                self.entered(state)
+                self.print_exit_method(state)
+                self.print_entry_method(state)
 
     def transitions(self, wanted: Collection[int]) -> None:
-        """Print what taking some transitions does, in parts."""
+        """Print the methods of taking transitions, in phases."""
         for transition in self._chart.transitions:
             if transition.index in wanted:
-                self.taken(transition)
+                self.print_transition(transition)
         if has_regions(self._chart) and any(len(each) > 1 for each in self._plan.reactions):
             print_clashes(self._out, self._plan, self._names)
 
-    def begin(self) -> None:
-        """Print what `start` does."""
+    def print_start(self) -> None:
+        """Print the method `start`."""
         initial = self._chart.root.initial
         assert initial is not None  # noqa: S101
         entry = self._chart.transitions[initial]
@@ -83,31 +83,31 @@ class Mover:
 
     # --- states -----------------------------------------------------------------------------
 
-    def exited(self, state: State) -> None:
-        """Print what happens when a state is left, if anything does."""
+    def print_exit_method(self, state: State) -> None:
+        """Print the exit method of a state, if it has any effect."""
         if self.is_left_silently(state):
             return
         name = f"_exited_{self._names.bare[state.index]}"
         with self._out.method(name, "On leaving " + state.id + "."):
-            self.leaving(state)
+            self._exit_statements(state)
 
-    def left(self, state: State) -> None:
-        """Print what is done when a state is left: there, or by a call if that is long."""
+    def print_exit(self, state: State) -> None:
+        """Print the exit of a state: its statements, or a call if they are many."""
         if is_short(state.on_exit):
-            self.leaving(state)
+            self._exit_statements(state)
         else:
             self._out.line(f"{ME}_exited_{self._names.bare[state.index]}()")
 
     def is_left_silently(self, state: State) -> bool:
-        """Whether nothing but the configuration changes when a state is left."""
+        """Whether exiting a state changes nothing but the configuration."""
         return not self._plan.leaving[state.index]
 
-    def leaving(self, state: State) -> None:
-        """Print what is done when a state is left."""
+    def _exit_statements(self, state: State) -> None:
+        """Print the statements of exiting a state."""
         self._actions(self._plan.leaving[state.index])
 
     def _actions(self, actions: Iterable[Action]) -> None:
-        """Print actions; blocks of content that follow each other as one."""
+        """Print actions; consecutive blocks of content become one."""
         for kind, group in groupby(actions, type):
             if kind is Run:
                 blocks = tuple(each.block for each in group if isinstance(each, Run))
@@ -149,23 +149,23 @@ class Mover:
             case _:
                 assert_never(action)
 
-    def entered(self, state: State) -> None:
-        """Print what happens when a state is entered, if anything does."""
+    def print_entry_method(self, state: State) -> None:
+        """Print the entry method of a state, if it has any effect."""
         defaults = self._plan.defaults[state.index]
         if self.is_entered_silently(state) and not defaults:
             return
         name = f"_entered_{self._names.bare[state.index]}"
         with self._out.method(name, "On entering " + state.id + ".", "defaults: int"):
-            self.entering(state)
+            self._entry_statements(state)
             for transition in defaults:
                 with self._out.suite(f"if defaults & {bit(transition)}:"):
                     self.default(transition)
             self.final(state)
 
-    def come(self, state: State, defaults: tuple[int, ...]) -> None:
-        """Print what is done when a state is entered: there, or by a call if that is long."""
+    def print_entry(self, state: State, defaults: tuple[int, ...]) -> None:
+        """Print the entry of a state: its statements, or a call if they are many."""
         if is_short(state.on_entry):
-            self.entering(state)
+            self._entry_statements(state)
             for default in defaults:
                 self.default(default)
             self.final(state)
@@ -174,48 +174,50 @@ class Mover:
             self._out.line(f"{ME}_entered_{self._names.bare[state.index]}({passed})")
 
     def is_entered_silently(self, state: State) -> bool:
-        """Whether nothing but the configuration changes when a state is entered.
+        """Whether entering a state changes nothing but the configuration.
 
-        Apart from the content of its defaults.
+        The content of its defaults does not count.
         """
         return not self._plan.entering[state.index] and state.kind is not Kind.FINAL
 
-    def entering(self, state: State) -> None:
-        """Print what is done when a state is entered, before its defaults."""
+    def _entry_statements(self, state: State) -> None:
+        """Print the statements of entering a state, before its defaults."""
         self._actions(a for a in self._plan.entering[state.index] if not isinstance(a, FINAL))
 
     def final(self, state: State) -> None:
-        """Print what entering a final state does besides (Appendix D, enterStates)."""
+        """Print the additional effects of entering a final state (Appendix D, enterStates)."""
         self._actions(a for a in self._plan.entering[state.index] if isinstance(a, FINAL))
 
     def default(self, transition: int) -> None:
-        """Print the content of the initial transition of a state, or of a default history."""
-        self._out.took(transition)
+        """Print the content of an initial transition, or of a history's default transition."""
+        self._out.print_taken(transition)
         self._content.block(self._out, self._chart.transitions[transition].content, None)
 
     # --- transitions ------------------------------------------------------------------------
 
-    def taken(self, transition: Transition) -> None:
-        """Print what taking a transition does, in its three parts."""
+    def print_transition(self, transition: Transition) -> None:
+        """Print the methods of taking a transition, for its three phases."""
         name, doc = self._names.transitions[transition.index], describe(self._chart, transition)
         reactions = self._plan.reactions[transition.index]
         if transition.targets:
             if len(reactions) > 1:
                 doc_of_domain = "The domain, which a history decides."
                 with self._out.method(f"_domain_{name}", doc_of_domain, result="int"):
-                    self._each(reactions, lambda each: self._out.line(f"return {each.domain}"))
+                    self._print_first(
+                        reactions, lambda each: self._out.line(f"return {each.domain}")
+                    )
             with self._out.method(f"_leave_{name}", f"{doc}: leave."):
-                self._each(reactions, self.leave)
+                self._print_first(reactions, self.leave)
         if transition.content:
             with self._out.method(f"_do_{name}", f"{doc}: content."):
                 payload = payload_of(self._chart, transition)
                 self._content.block(self._out, transition.content, payload)
         if transition.targets:
             with self._out.method(f"_enter_{name}", f"{doc}: enter."):
-                self._each(reactions, lambda each: self.enter(each.enter))
+                self._print_first(reactions, lambda each: self.enter(each.enter))
 
-    def _each(self, reactions: Sequence[Reaction], body: Callable[[Reaction], None]) -> None:
-        """Print the first reaction whose conditions hold."""
+    def _print_first(self, reactions: Sequence[Reaction], body: Callable[[Reaction], None]) -> None:
+        """Print a body for each reaction, of which the first with true conditions runs."""
         for place, reaction in enumerate(reactions):
             tests = " and ".join(self._within(condition) for condition in reaction.conditions)
             if len(reactions) == 1:
@@ -235,14 +237,14 @@ class Mover:
         return f"{held} & {mask(self._names, inside)}"
 
     def leave(self, reaction: Reaction) -> None:
-        """Print how all is left that is active below a domain."""
-        self.gone(reaction)
+        """Print the exit of all active states below a domain."""
+        self.print_exit_set(reaction)
         self._out.line(f"{ME}_exit(gone)")
 
-    def gone(self, reaction: Reaction) -> None:
-        """Print what will be left, and how histories record it, before any state is left.
+    def print_exit_set(self, reaction: Reaction) -> None:
+        """Print the exit set and the recording of histories, before any state is exited.
 
-        That is SCXML 3.10.
+        See SCXML 3.10.
         """
         below = possible_below(self._plan, reaction)
         self._out.line(f"gone = {ME}_active & {mask(self._names, below)}")
@@ -255,7 +257,7 @@ class Mover:
                     self._out.line(f"{ME}_history_{self._names.bare[history]} = gone & {kept}")
 
     def enter(self, ops: tuple[Op, ...]) -> None:
-        """Print operations of the plan, entries that follow each other as one."""
+        """Print operations of the Plan; consecutive entries become one."""
         coming: list[Enter] = []
         for op in ops:
             if isinstance(op, Enter):
@@ -264,7 +266,7 @@ class Mover:
             self._enter_all(coming)
             match op:
                 case Branch(history, recorded, unrecorded):
-                    self._ask(history)
+                    self._print_held(history)
                     with self._out.suite(f"if {self._held(history)}:"):
                         self.enter(recorded)
                     with self._out.suite("else:"):
@@ -284,8 +286,8 @@ class Mover:
             self._out.line(f"{ME}_enter({states}, {bits(defaults) if defaults else 0})")
             coming.clear()
 
-    def _ask(self, history: int) -> None:
-        """Keep what a history holds, if entering its parent makes it forget that."""
+    def _print_held(self, history: int) -> None:
+        """Print a local copy of a history's record, if entering its parent clears it."""
         if self._plan.is_forgotten(history):
             self._out.line(f"{self._held(history)} = {ME}_history_{self._names.bare[history]}")
 
@@ -294,7 +296,7 @@ class Mover:
         return f"held_{bare}" if self._plan.is_forgotten(history) else f"{ME}_history_{bare}"
 
     def _restore(self, restore: Restore) -> None:
-        """Enter what a history recorded strictly below a state."""
+        """Print the entry of the states that a history recorded strictly below a state."""
         out, names, below = self._out, self._names, restore.below
         held = self._held(restore.history)
         if self._chart.states[restore.history].kind is Kind.DEEP_HISTORY:
@@ -319,7 +321,7 @@ class Mover:
 
 
 def is_short(blocks: tuple[tuple[object, ...], ...]) -> bool:
-    """Whether handlers are few simple statements."""
+    """Whether handlers consist of few simple statements."""
     statements = [statement for block in blocks for statement in block]
     kinds = (Assign, Raise, Send, Cancel, Log, CallOperation)
     return len(statements) <= SHORT and not any(

@@ -1,4 +1,4 @@
-"""Names of a chart as names of Python: valid, different from each other, and from the machine's."""
+"""Names of a chart as Python names: valid, distinct, and different from the machine's."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from fsmkit.emit import Namer, legal, snake
 from fsmkit.language import EnumType, Type, Value
 
 OFFERED = frozenset({"save", "restore"})
-"""Methods of machines that are made so."""
+"""The methods of machines that hosts may call and that are generated."""
 RESERVED = (
     *("CLOCK", "FAR", "NOTHING", "ROOT", "Any", "Callable", "ClassVar", "IntEnum", "Iterator"),
     *("Protocol", "ContentError", "EndOfBlock", "RangeFault"),
 )
-"""Names that each module has, of those that constants and enumerations could have."""
+"""The names of every module that constants and enumerations could have."""
 
 
 class Module(Namer):
-    """Gives names to what stands in a module; all its machines share the enumerations."""
+    """Names the items of a module; all its machines share the enumerations."""
 
     def __init__(self, reserved: Iterable[str]) -> None:
-        """Begin with names that are taken already."""
+        """Start with names that are already taken."""
         super().__init__((*RESERVED, *reserved))
         self.enumerations: dict[EnumType, str] = {}
         self.members: dict[tuple[EnumType, Value], str] = {}
         self._hosted: dict[str, object] = {}
 
     def of_events(self, events: Iterable[Event], path: str) -> tuple[str, ...]:
-        """Return the suffixes of the methods of the events of a machine in the slots ``path``.
+        """Return the suffixes of the event methods of a machine in the slots ``path``.
 
-        One that leaves the machine is a method of the host, with a name and a payload.
+        An outgoing event is a method of the host, with a name and a payload.
         """
         events = tuple(events)
         found = []
@@ -56,18 +56,18 @@ class Module(Namer):
         pairs = zip(operations, methods, strict=True)
         return tuple(self._of_host("", method, operation, path) for operation, method in pairs)
 
-    def _of_host(self, verb: str, name: str, meant: object, path: str) -> str:
-        """Return a name of which the host has one method for all machines of the module.
+    def _of_host(self, verb: str, name: str, owner: object, path: str) -> str:
+        """Return a name for which the host has one method in all machines of the module.
 
-        If a machine named before means something else by it, the ``path`` comes before it. Names of
-        the outermost, whose path is empty, are the first, and differ from each other.
+        If an earlier machine uses it for another item, the ``path`` is prepended. The outermost
+        machine, whose path is empty, comes first, and its names are distinct.
         """
-        while self._hosted.setdefault(f"{verb}{name}", meant) != meant and path:
+        while self._hosted.setdefault(f"{verb}{name}", owner) != owner and path:
             name = f"{path}{name}"
         return name
 
     def add(self, type_: EnumType) -> None:
-        """Name an enumeration and its members, unless another machine has it, too."""
+        """Name an enumeration and its members, unless an earlier machine has it."""
         if type_ not in self.enumerations:
             self.enumerations[type_] = self.name(identifier(type_.name))
             for member, number in zip(type_.members, type_.numbers, strict=True):
@@ -75,7 +75,7 @@ class Module(Namer):
                 self.members[type_, number] = LINK + self.name(name)
 
     def of_state(self, name: str) -> str:
-        """Return the constant of a state; that of its configuration differs in the letter alone."""
+        """Return the constant of a state, free for its configuration with another first letter."""
         while True:
             bit = self.name(f"S_{name}".upper())
             if self.name(f"C{bit[1:]}") == f"C{bit[1:]}":
@@ -84,39 +84,39 @@ class Module(Namer):
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What the generated text calls the parts of a chart. Tuples go by index."""
+    """The generated names of the parts of a chart. Tuples are by index."""
 
     machine: str
     states: tuple[str, ...]
     """Constants with the bit of a state; a state ``idle`` is ``S_IDLE``."""
     bare: tuple[str, ...]
-    """What names of methods say for a state."""
+    """The part of method names that identifies a state."""
     events: tuple[str, ...]
     """Suffixes of methods: an event ``group.go`` is posted by ``post_group_go``."""
     types: tuple[str, ...]
-    """What ``_event.type`` is of each event."""
+    """The value of ``_event.type`` for each event."""
     transitions: tuple[str, ...]
-    """Suffixes of methods that tell source and number."""
+    """Suffixes of methods, with source and number of the transition."""
     variables: dict[str, str]
     operations: dict[str, str]
     functions: dict[str, str] = field(default_factory=dict)
-    """Methods that are the functions of the chart."""
+    """The methods for the functions of the chart."""
     locals: dict[str, str] = field(default_factory=dict)
     """Attributes that hold the local variables of content."""
     timers: dict[int, str] = field(default_factory=dict)
-    """Constants of the transitions that time takes: ``TIMER_IDLE_T_MOVE``, ``TIMER_IDLE_AFTER``."""
+    """Constants of timed transitions: ``TIMER_IDLE_T_MOVE``, ``TIMER_IDLE_AFTER``."""
     constants: dict[tuple[str, str], str] = field(default_factory=dict)
     """Constants of the chart, by `_key`."""
     enumerations: dict[EnumType, str] = field(default_factory=dict)
     members: dict[tuple[EnumType, Value], str] = field(default_factory=dict)
     """Constants of the members of enumerations, by number."""
     guards: dict[tuple[int, object], str] = field(default_factory=dict, compare=False, repr=False)
-    """Texts of guards, by their form and the payload at hand: each is printed once."""
+    """The texts of guards, by form and current payload; each is printed once."""
 
     def constant(self, name: str | None, value: Value, type_: Type | None) -> str | None:
-        """Return what a value is called, None for one without a name.
+        """Return the name of a value, or None if it has none.
 
-        ``name``: of the constant of the chart that was written.
+        ``name``: the constant of the chart in the source.
         """
         if isinstance(type_, EnumType):
             return self.members.get((type_, value))
@@ -124,17 +124,17 @@ class Names:
 
 
 def _key(name: str, value: Value, type_: Type | None) -> tuple[str, str]:
-    """Return a constant with its value: a folded expression may have its name and another value."""
+    """Return the key of a constant: folding can give its name to another value."""
     return name, f"{type(type_).__name__} {value!r}"
 
 
 def names_of(
     chart: Chart, module: Module, machine: str, path: str = "", hidden: Collection[str] = ()
 ) -> Names:
-    """Return the names for a chart. A clash is resolved by an addition at the end.
+    """Return the names for a chart. Clashing names get a suffix.
 
-    ``module``: names of the module; ``path``: what the constants of a machine in a slot begin with;
-    ``hidden``: what operations cannot be called, because a machine around it is called so.
+    ``module``: names of the module; ``path``: the prefix for constants of a machine in a slot;
+    ``hidden``: names that operations cannot have, because a surrounding machine has them.
     """
     events = module.of_events(chart.events, path)
     methods = [f"{verb}_{event}" for event in events for verb in ("post", "dispatch", "send")]
@@ -182,21 +182,21 @@ def names_of(
 
 
 def _constant(name: str) -> str:
-    """Return a name in capitals; no two underscores begin it, which a class would mangle."""
+    """Return a name in capitals without two leading underscores, which a class would mangle."""
     text = identifier(name).upper()
     return f"V{text}" if text.startswith("__") else text
 
 
 def identifier(name: str) -> str:
-    """Return a name with everything replaced that Python does not allow in one."""
+    """Return a valid identifier: every character that Python does not allow is replaced."""
     text = legal(name)
     return f"{text}_" if keyword.iskeyword(text) else text
 
 
 def name_of_class(name: str) -> str:
-    """Return a name of a class: no two underscores begin it, which its body would mangle.
+    """Return a class name without two leading underscores, which its body would mangle.
 
-    A capital may make a keyword of a name: `true` is a chart, and `True` is no class.
+    A capital can turn a name into a keyword: the chart `true` would become `True`.
     """
     text = legal(name)
     text = f"v{text}" if text.startswith("__") else text
@@ -209,7 +209,7 @@ def _public(name: str) -> str:
 
 
 def members_of(type_: EnumType) -> tuple[str, ...]:
-    """Return the names of the members, of which `IntEnum` takes none for its own."""
+    """Return the names of the members, except those that `IntEnum` reserves."""
     return distinct(map(_public, type_.members), {"mro", "name", "value"})
 
 
@@ -225,7 +225,7 @@ def distinct(names: Iterable[str], taken: Collection[str] = ()) -> tuple[str, ..
 
 
 def file_name(chart: Chart, prefix: str | None = None) -> str:
-    """Return the name of the module: ``feeder.py``; none that hides a module or is a keyword."""
+    """Return the file name of the module: ``feeder.py``; it hides no module and is no keyword."""
     name = snake(prefix or chart.name)
     is_taken = keyword.iskeyword(name) or name in sys.stdlib_module_names
     return f"{name}_machine.py" if is_taken else f"{name}.py"

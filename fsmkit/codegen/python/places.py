@@ -1,4 +1,4 @@
-"""Configurations in the midst of a step."""
+"""Configurations during a microstep."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from fsmkit.diagnostics.fast_init import fast_init
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The configuration in the midst of a step, as far as it is known when compiling.
+    """The partially known configuration during a microstep, at compile time.
 
-    If ``base`` is known, it is that; else what was active, but for the states in ``changed``.
+    It is ``base``, if that is known; else the previous one, except the states in ``changed``.
     """
 
     base: int | None
     changed: int = 0
 
     def without(self, state: int) -> Place:
-        """Return the configuration after an active state was left."""
+        """Return the configuration after an active state was exited."""
         if self.base is not None:
             return Place(self.base & ~(1 << state))
         return Place(None, self.changed ^ 1 << state)
@@ -32,4 +32,4 @@ class Place:
 
 
 UNKNOWN = Place(None, -1)
-"""None that is ever meant."""
+"""A configuration of which nothing is known."""

@@ -1,4 +1,4 @@
-"""Machines whose step is over once an event is taken: nothing follows, and nobody is called."""
+"""Machines whose step is a single event: nothing follows it, and nothing is observed."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from fsmkit.document.document import Trigger
 from fsmkit.plan import Plan
 
 TABLE = "_TAKEN"
-"""The constant of a module that holds the methods of the events without fields."""
+"""The module constant with the methods of the events without fields."""
 
 
 def is_plain(plan: Plan) -> bool:
-    """Whether taking an event is all of a step."""
+    """Whether a step consists of taking one event."""
     chart, needs = plan.chart, plan.features
     # what the root answers or defers is asked even while the machine does not run
     is_always = chart.root.defer or any(
@@ -27,7 +27,7 @@ def is_plain(plan: Plan) -> bool:
 
 
 def print_dispatch(out: Lines, *, has_payload: bool) -> None:
-    """Print how an event is processed by its name."""
+    """Print the method that processes an event by its name."""
     passed = "event: str, *payload: Any, now: int | None = None"
     doc = "Process one event at once, ahead of the queue; whether it enabled a transition."
     with out.method("dispatch", doc, passed, "bool"):

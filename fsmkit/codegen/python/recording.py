@@ -1,4 +1,4 @@
-"""What a class has to know to record what it does: the numbers of `runtime.tracing.numbering`."""
+"""The tables with which a class records its steps: the numbers of `runtime.tracing.numbering`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ def constants(chart: Chart, outermost: Numbering, names: Names) -> dict[str, obj
     """Return the tables by name.
 
     Args:
-        chart: That of the class.
-        outermost: The numbers of the machine around it, or its own.
-        names: Those of the class.
+        chart: The chart of the class.
+        outermost: The numbers of the outermost machine.
+        names: The names of the class.
 
     """
     results = [type_code(o.result) for o in chart.operations if o.result is not None]
@@ -34,7 +34,7 @@ def constants(chart: Chart, outermost: Numbering, names: Names) -> dict[str, obj
 
 
 def _places(numbering: Numbering) -> list[tuple[int, int, int]]:
-    """Return for each machine the numbers of its first transition, its start, its first result."""
+    """Return for each machine the numbers of its first transition, start and first result."""
     machines = [machine for machine, _ in numbering.results]
     return [
         (

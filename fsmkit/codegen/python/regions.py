@@ -1,7 +1,7 @@
-"""Regions that cannot see each other: their transitions for one event may follow each other whole.
+"""Independent regions, whose transitions for one event can run one region after the other.
 
-Appendix D leaves all states first, then runs all content, then enters. Where no region reads or
-writes what another writes, and nobody else looks, one region after the other comes to the same.
+Appendix D exits all states first, then runs all content, then enters. The result is the same region
+by region, if no region reads or writes what another writes and nothing observes the order.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Names = frozenset[str]
 
 
 def independent(plan: Plan, groups: Groups) -> list[Groups] | None:
-    """Return what each region tries for an event, in document order; None if they are not so."""
+    """Return the candidates of each region for an event, or None if regions are dependent."""
     by_region: dict[int, Groups] = {}
     for states, steps in groups:
         by_region.setdefault(plan.region_of[states[0]], []).append((states, steps))
@@ -44,7 +44,7 @@ def independent(plan: Plan, groups: Groups) -> list[Groups] | None:
 
 
 def _is_apart(plan: Plan, groups: Groups) -> bool:
-    """Whether all that a region tries stays inside of it, and only computes."""
+    """Whether the candidates of a region stay inside of it and only compute."""
     sources = {states[0] for states, _ in groups}
     if any(not sources.isdisjoint(plan.chains[source][1:]) for source in sources):
         return False
@@ -56,7 +56,7 @@ def _is_apart(plan: Plan, groups: Groups) -> bool:
 
 
 def _is_inside(plan: Plan, transition: Transition) -> bool:
-    """Whether a path is left, and states are entered, that are known and in the region."""
+    """Whether the states that a transition exits and enters are known and in the region."""
     reaction, *others = plan.reactions[transition.index]
     return not others and (
         reaction.is_listed
@@ -66,7 +66,7 @@ def _is_inside(plan: Plan, transition: Transition) -> bool:
 
 
 def _touched(plan: Plan, transition: Transition) -> Iterator[State]:
-    """Yield the states that a transition leaves or enters."""
+    """Yield the states that a transition exits or enters."""
     (reaction,) = plan.reactions[transition.index]
     for op in (*reaction.leave, *reaction.enter):
         if isinstance(op, Leave | Enter):
@@ -74,7 +74,7 @@ def _touched(plan: Plan, transition: Transition) -> Iterator[State]:
 
 
 def _blocks(plan: Plan, transition: Transition) -> Iterator[Block]:
-    """Yield all that is run by a transition."""
+    """Yield the blocks that a transition runs."""
     yield transition.content
     (reaction,) = plan.reactions[transition.index]
     for op in reaction.enter:
@@ -86,7 +86,7 @@ def _blocks(plan: Plan, transition: Transition) -> Iterator[Block]:
 
 
 def _is_pure(plan: Plan, transition: Transition) -> bool:
-    """Whether nothing but variables is read and written, and nothing can fail."""
+    """Whether a transition only reads and writes variables, and cannot fail."""
     if is_needing_memo(plan.chart, transition):
         return False
     for state in _touched(plan, transition):
@@ -103,7 +103,7 @@ def _is_pure(plan: Plan, transition: Transition) -> bool:
 
 
 def _used(plan: Plan, groups: Groups) -> tuple[Names, Names]:
-    """Return the variables that a region reads, and those that it writes, for an event."""
+    """Return the variables that a region reads and those that it writes for an event."""
     steps = [step for _, tried in groups for step in tried if isinstance(step, Transition)]
     blocks = tuple(block for step in steps for block in _blocks(plan, step))
     changed = tuple(place for block in blocks for s in statements(block) for place in written(s))

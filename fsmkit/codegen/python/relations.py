@@ -1,4 +1,4 @@
-"""What transitions and states have to do with each other, as far as it is known when compiling."""
+"""Relations between transitions and states at compile time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.plan import Plan
 from fsmkit.plan.conflicts import conflicts, outer_transitions
 
 LONG = 16
-"""Of more states than these, what a transition leaves or enters is found when it is taken."""
+"""The number of states beyond which exit and entry sets are computed at run time."""
 
 
 def describe(chart: Chart, transition: Transition) -> str:
@@ -40,14 +40,14 @@ def _line(transition: Transition) -> str:
 
 
 def conflict_tables(plan: Plan) -> dict[str, object]:
-    """Return for each transition those whose sources lie outside its own, and those it meets."""
+    """Return for each transition those with sources outside its own, and its conflicts."""
     if not has_regions(plan.chart):
         return {"OUTER": (), "CLASHES": ()}
     return {"OUTER": outer_transitions(plan), "CLASHES": conflicts(plan)}
 
 
 def configurations(plan: Plan, names: Names) -> dict[str, str]:
-    """Return the constants of a chart without regions: what is active with a state innermost."""
+    """Return the constants of a chart without regions: each innermost state's configuration."""
     return {
         configuration(names, state): f"{configuration(names, plan.parents[state])} | "
         + names.states[state]

@@ -1,4 +1,4 @@
-"""What a class has to know to save itself and be restored: the tables of `plan.image`."""
+"""The tables with which a class saves and restores itself: those of `plan.image`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fsmkit.plan.exits import recordable
 from fsmkit.plan.image import Image, code, head
 
 UNKNOWN = 0xFFFF
-"""The number of a way or an id that the machine never uses."""
+"""The number for a route or an id that the machine never uses."""
 
 
 def constants(image: Image, names: Names, needs: Needs) -> dict[str, object]:
@@ -51,7 +51,7 @@ def _mask(states: tuple[int, ...]) -> int:
 
 
 def print_histories(out: Lines, image: Image, names: Names) -> None:
-    """Print the methods that read and write what histories recorded."""
+    """Print the methods that read and write the records of histories."""
     held = [f"{ME}_history_{names.bare[history]}" for history, _ in image.histories]
     if not held:
         return
@@ -71,9 +71,10 @@ def print_histories(out: Lines, image: Image, names: Names) -> None:
 
 
 def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
-    """Return the region, what lies below the parent, what may be recorded of it.
+    """Return the region, the states below the parent, and those that can be recorded of it.
 
-    And whether that is recorded as a whole or not at all: by a shallow history of a parallel state.
+    Also return whether it is recorded as a whole or not at all, as a shallow history of a parallel
+    state does.
     """
     plan, states = image.plan, image.chart.states
     parent = plan.parents[history]
@@ -83,7 +84,7 @@ def _recorded(image: Image, history: int, region: int) -> tuple[object, ...]:
 
 
 def type_code(type_: lang.Type) -> tuple[object, ...]:
-    """Return the code of a type and its bounds, or those of its parts."""
+    """Return the code of a type and its bounds, or those of its elements."""
     match type_:
         case lang.ArrayType(element, length):
             return ("[", *[type_code(element)] * length)

@@ -1,4 +1,4 @@
-"""Which transitions an event enables, as straight code (Appendix D, selectTransitions)."""
+"""Selecting the transitions for an event, as straight code (Appendix D, selectTransitions)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def has_regions(chart: Chart) -> bool:
 
 
 def guard_text(chart: Chart, names: Names, transition: Transition) -> str:
-    """Return the guard of a transition as it stands in a selection."""
+    """Return the guard of a transition for use in a selection."""
     if transition.guard is None:
         return "True"
     if is_needing_memo(chart, transition):
@@ -35,7 +35,7 @@ def guard_text(chart: Chart, names: Names, transition: Transition) -> str:
 
 
 def is_needing_memo(chart: Chart, transition: Transition) -> bool:
-    """Whether a guard is evaluated by `_test`, which catches its errors, once in a selection."""
+    """Whether `_test` evaluates a guard once per selection and catches its errors."""
     guard = transition.guard
     return guard is not None and (
         can_fail(guard)
@@ -47,7 +47,7 @@ def is_needing_memo(chart: Chart, transition: Transition) -> bool:
 def print_selection(
     out: Lines, names: Names, selection: Selection, name: str, event: int | None
 ) -> bool:
-    """Print the method that selects for an event, if anything in the chart looks at it."""
+    """Print the method that selects for an event, if the chart handles it."""
     chart = selection.plan.chart
     groups = selection.by_leaf(event) if has_regions(chart) else selection.by_state(event)
     if not groups:
@@ -104,18 +104,18 @@ def _print_returns(out: Lines, chart: Chart, names: Names, tried: Candidates) ->
 
 
 def bit(index: int) -> str:
-    """Return one bit as text, which stays short where the number does not."""
+    """Return one bit as text in the shorter notation."""
     return f"{1 << index:#x}" if index < 64 else f"1 << {index}"
 
 
 def bits(number: int) -> str:
-    """Return a set of bits as text that is only as long as they lie apart."""
+    """Return a set of bits as text whose length depends on their distances."""
     lowest = (number & -number).bit_length() - 1
     return f"{number:#x}" if lowest < 64 else f"({number >> lowest:#x} << {lowest})"
 
 
 def decimal(number: int) -> str:
-    """Return a number as text, a large one as a set of bits."""
+    """Return a number as text; a large one as a set of bits."""
     return repr(number) if number < 1 << 64 else bits(number)
 
 

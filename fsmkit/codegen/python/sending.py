@@ -19,7 +19,7 @@ Method = tuple[str, tuple[str, ...], str, str]
 
 
 def host_methods(chart: Chart, names: Names, needs: Needs) -> tuple[Method, ...]:
-    """Return what the host has to define: operations, and a method for each event sent out."""
+    """Return the methods that the host defines: operations, and one for each outgoing event."""
     found: list[Method] = []
     for operation in chart.operations:
         passed = tuple(f"{p.name}: {annotation(p.type)}" for p in _named(operation.parameters))
@@ -42,7 +42,7 @@ def host_methods(chart: Chart, names: Names, needs: Needs) -> tuple[Method, ...]
 
 
 def has_peer(chart: Chart, event: int) -> bool:
-    """Whether sending an event tells the host to whom: one that is declared both ways."""
+    """Whether sending an event passes its target to the host, since it has both directions."""
     return len(chart.events[event].directions) > 1
 
 
@@ -64,9 +64,9 @@ def annotation(type_: lang.Type) -> str:
 def print_senders(
     out: Lines, chart: Chart, names: Names, needs: Needs, answered: Collection[int] | None
 ) -> None:
-    """Print all of them.
+    """Print the methods for events and operations.
 
-    ``answered``: the events that something looks at, if a step is nothing but to take them.
+    ``answered``: the handled events, if a step is a single event.
     """
     for event in chart.events:
         if Direction.IN in event.directions and event.invocation is None:
@@ -82,7 +82,7 @@ def print_senders(
             _queue(out, chart, names, event.index, "send", "own")
         if event.index in needs.emitted:
             _emit(out, chart, names, event.index)
-        if event.index in needs.passed:
+        if event.index in needs.invoked:
             doc = "Send `" + event.name + "` to the first machine that runs in one of some slots."
             rest = "slots: tuple[int, ...], peer: str | None"
             _hand(out, chart, names, event.index, "pass", doc, rest)
@@ -95,14 +95,14 @@ def print_senders(
     for operation in chart.operations:
         place = with_result.index(operation.name) if operation.name in with_result else -1
         _call(out, names, operation.name, operation.parameters, operation.result, place)
-    with out.method("_log", "Tell the host a label and values.", "label: str, *values: Any"):
-        out.tell('" ".join(("log", label, *[' + LINK + "shown(value) for value in values]))")
+    with out.method("_log", "Log a label and values.", "label: str, *values: Any"):
+        out.print_trace('" ".join(("log", label, *[' + LINK + "shown(value) for value in values]))")
         with out.suite(f"if {ME}log is not None:"):
             out.line(f"{ME}log(label, *values)")
 
 
 def _named(fields: tuple[lang.Field, ...]) -> tuple[lang.Field, ...]:
-    """Return fields with names that can be arguments."""
+    """Return fields whose names are valid arguments."""
     from fsmkit.codegen.python.names import distinct, identifier
 
     chosen = distinct([identifier(f.name) for f in fields], {"self", "peer"})
@@ -149,7 +149,7 @@ def _dispatch(out: Lines, chart: Chart, names: Names, index: int) -> None:
 
 
 def _take(out: Lines, chart: Chart, names: Names, index: int, *, is_answered: bool) -> None:
-    """Print how an event is processed where nothing can follow, and nobody is told."""
+    """Print the processing of an event after which nothing follows and nothing is observed."""
     event, name = chart.events[index], names.events[index]
     fields = _named(event.fields)
     if is_answered and not fields:
@@ -170,15 +170,15 @@ def _store(out: Lines, queue: str, fields: tuple[lang.Field, ...]) -> None:
         out.line(f"{ME}_{queue}_fields[at{plus}] = {part.name}")
 
 
-def _told(event: str, fields: tuple[lang.Field, ...]) -> str:
-    """Return what stands in an f-string that tells of an event or a call."""
+def _trace_text(event: str, fields: tuple[lang.Field, ...]) -> str:
+    """Return the content of an f-string that traces an event or a call."""
     name = inside(event).replace("{", "{{").replace("}", "}}")
     return " ".join([name, *[shown(f.name, f.type) for f in fields]])
 
 
-def _tell(out: Lines, text: str, more: str = "") -> None:
+def _print_trace(out: Lines, text: str, more: str = "") -> None:
     prefix = "f" if "{" in text or "}" in text else ""
-    out.tell(f'{prefix}"{text}"{more}')
+    out.print_trace(f'{prefix}"{text}"{more}')
 
 
 def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue: str) -> None:
@@ -187,7 +187,7 @@ def _queue(out: Lines, chart: Chart, names: Names, index: int, verb: str, queue:
     what = "internal" if queue == "internal" else "own external"
     doc = "Put `" + event.name + f"` into the {what} queue."
     with out.method(f"_{verb}_{names.events[index]}", doc, _arguments(fields)):
-        _tell(out, f"{verb} {_told(event.name, fields)}")
+        _print_trace(out, f"{verb} {_trace_text(event.name, fields)}")
         call = f"{ME}_enqueue_{queue}({index})"
         if not fields:
             out.line(call)
@@ -202,10 +202,14 @@ def _emit(out: Lines, chart: Chart, names: Names, index: int) -> None:
     fields = _named(event.fields)
     arguments = ", ".join(filter(None, (_arguments(fields), "peer: str | None")))
     with out.method(f"_emit_{name}", "Send `" + event.name + "` out of the machine.", arguments):
-        _tell(out, "out " + _told(event.name, fields), ' + ("" if peer is None else " to " + peer)')
+        _print_trace(
+            out,
+            "out " + _trace_text(event.name, fields),
+            ' + ("" if peer is None else " to " + peer)',
+        )
         peer = ["peer"] if has_peer(chart, index) else []
         out.line(f"{ME}_host.send_{name}({', '.join([*[f.name for f in fields], *peer])})")
-    with out.method(f"_port_{name}", "Send it with the payload at hand.", "peer: str | None"):
+    with out.method(f"_port_{name}", "Send it with the current payload.", "peer: str | None"):
         passed = ", ".join([*[f"{ME}_fields[{k}]" for k in range(len(fields))], "peer"])
         out.line(f"{ME}_emit_{name}({passed})")
 
@@ -230,7 +234,7 @@ def _delay(out: Lines, chart: Chart, names: Names, index: int) -> None:
     rest = "delay: int, mark: int, route: int, to: str | None"
     arguments = ", ".join(filter(None, (_arguments(fields), rest)))
     with out.method(f"_delay_{names.events[index]}", "Send `" + event.name + "` later.", arguments):
-        _tell(out, f"delay {_told(event.name, fields)} in {{delay:d}}")
+        _print_trace(out, f"delay {_trace_text(event.name, fields)} in {{delay:d}}")
         call = f"{ME}_later({index}, delay, mark, route, to)"
         if not fields:
             out.line(call)
@@ -255,13 +259,13 @@ def _call(
     with out.method(
         f"_call_{method}", "Call `" + name + "` of the host.", _arguments(fields), returned
     ):
-        told = f"op {_told(name, fields)}"
+        told = f"op {_trace_text(name, fields)}"
         if result is None:
             out.line(f"{ME}_host.{method}({passed})")
-            _tell(out, told)
+            _print_trace(out, told)
         else:
             out.line(f"result: {returned} = {ME}_host.{method}({passed})")
             if out.is_recorded:
                 out.line(f"{ME}_record_returned({place}, result)")
-            _tell(out, f"{told} = {shown('result', result)}")
+            _print_trace(out, f"{told} = {shown('result', result)}")
             out.line("return result")

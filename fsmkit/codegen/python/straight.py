@@ -1,8 +1,8 @@
-"""What an event does, as straight code: selection and the whole step in one method.
+"""Reactions to an event as straight code: selection and the whole step in one method.
 
-Where at most one transition can be taken for an event, the states are asked from the inside out,
-and what the first enabled transition exits, does and enters stands at that very place. Where
-transitions in several regions can answer, sets of them are selected instead (`selection`).
+If an event takes at most one transition, the states are tested from the inside out. The exits,
+content and entries of the first enabled transition are printed inline. If transitions in several
+regions can be taken, sets of them are selected instead (`selection`).
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from fsmkit.plan.operations import Leave
 from fsmkit.plan.selection import Candidates, Defer, Groups, Selection
 
 FEW = 8
-"""Atomic states are asked one after the other if they are no more, else found in a table."""
+"""The greatest number of atomic states that are tested one by one; more are in a table."""
 
 
 @dataclass
 class Straight:
-    """Prints the methods of events; notes which transitions need methods of their own."""
+    """Prints the event methods; collects the transitions that need methods of their own."""
 
     out: Lines
     plan: Plan
@@ -51,21 +51,21 @@ class Straight:
     trees: Trees
     selection: Selection
     is_ordered: bool
-    """Whether somebody sees in which order regions do what they do."""
+    """Whether the order of the effects of regions is observable."""
     apart: set[int] = field(default_factory=set)
-    """Transitions that are taken in parts by `_microstep`."""
+    """Transitions that `_microstep` takes in phases."""
     answered: set[int] = field(default_factory=set)
-    """Events that something in the chart looks at."""
+    """Events that the chart handles."""
     shared: set[int] = field(default_factory=set)
-    """Transitions that stand in a method, because several events take them."""
+    """Transitions in a method of their own, because several events take them."""
 
     is_local: bool = False
     """Whether the configuration is kept in ``active`` until the end of a method."""
     may_fault: bool = False
-    """Whether a guard tried before, in the method at hand, can put the machine into a fault."""
+    """Whether an earlier guard of the current method can put the machine into a fault."""
 
     def __post_init__(self) -> None:
-        """Note what is never taken for an event."""
+        """Collect the transitions that no event takes."""
         kinds = (Trigger.EVENTLESS, Trigger.AFTER, Trigger.EVERY)
         self.apart |= {t.index for t in self.chart.transitions if t.trigger in kinds}
         self.is_single = not has_regions(self.chart)
@@ -77,7 +77,7 @@ class Straight:
         return self.plan.chart
 
     def events(self) -> None:
-        """Print a method for each event that something in the chart looks at."""
+        """Print a method for each handled event."""
         for event in self.chart.events:
             self._event(event.index)
         for index in sorted(self.shared):
@@ -133,13 +133,13 @@ class Straight:
                 groups = [group for group in groups if not self.chart.states[group[0][0]].is_leaf]
             if groups:
                 self.out.line(f"active = {ME}_active")
-            self._asked(groups)
+            self._print_state_tests(groups)
             self.out.line("return False")
         if is_split:
-            self._split(event, leaves)
+            self._print_leaf_table(event, leaves)
 
-    def _asked(self, groups: Groups) -> None:
-        """Print states that are asked in turn."""
+    def _print_state_tests(self, groups: Groups) -> None:
+        """Print the tests of states one by one."""
         asked = {states[0] for states, _ in groups}
         for test, ((state,), steps) in zip(self._tests(groups), groups, strict=True):
             with self.out.suite(f"if {test}:"):
@@ -147,8 +147,8 @@ class Straight:
                 if not is_sure and asked.isdisjoint(self.plan.chains[state][1:]):
                     self.out.line("return False")
 
-    def _split(self, event: int, leaves: Groups) -> None:
-        """Print a method for each atomic state that an event is offered to, and their table."""
+    def _print_leaf_table(self, event: int, leaves: Groups) -> None:
+        """Print a method for each atomic state that handles an event, and their table."""
         name, told = self.names.events[event], self.chart.events[event].name
         entries = []
         for (state,), steps in leaves:
@@ -172,14 +172,14 @@ class Straight:
             word = "if"
             for test, (_, steps) in zip(self._tests(groups), groups, strict=True):
                 with self.out.suite(f"{word} {test}:"):
-                    self._choice(steps)
+                    self._print_choice(steps)
                 word = "elif"
         self.out.line(f"{ME}_active = active")
         self.out.line("return is_taken")
         self.is_local = False
 
-    def _choice(self, steps: Candidates) -> None:
-        """Print which of the transitions of a state is taken, and all that it does."""
+    def _print_choice(self, steps: Candidates) -> None:
+        """Print the selection among a state's transitions, each with its effects."""
         word = "if"
         for step in steps:
             assert isinstance(step, Transition)  # noqa: S101  (nothing is deferred)
@@ -193,7 +193,7 @@ class Straight:
             word = "elif"
 
     def _tests(self, groups: Groups) -> list[str]:
-        """Return how to ask whether states are active; comparing costs less than a mask."""
+        """Return the tests whether states are active; a comparison costs less than a mask."""
         states = [states[0] for states, _ in groups]
         are_leaves = [self.chart.states[state].is_leaf for state in states]
         constants = [self.names.states[state] for state in states]
@@ -209,7 +209,7 @@ class Straight:
         return [f"active & {constant}" for constant in constants]
 
     def _steps(self, steps: Candidates) -> bool:
-        """Print what a state tries; whether one of it is sure to be taken."""
+        """Print the candidates of a state; return whether one of them is always taken."""
         for step in steps:
             if isinstance(step, Defer):
                 self.out.line(f"{ME}_is_deferred = True")
@@ -238,10 +238,10 @@ class Straight:
     # --- one transition -----------------------------------------------------------------------
 
     def _take(self, transition: Transition) -> None:
-        """Print all that a transition does (Appendix D, microstep)."""
+        """Print the effects of a transition (Appendix D, microstep)."""
         payload = payload_of(self.chart, transition)
         if not transition.targets:
-            self.out.took(transition.index)
+            self.out.print_taken(transition.index)
             self.content.block(self.out, transition.content, payload)
             return
         reaction, *others = self.plan.reactions[transition.index]
@@ -249,7 +249,7 @@ class Straight:
             self._in_parts(transition)
             return
         place, known = self._leave(transition.source, reaction)
-        self.out.took(transition.index)
+        self.out.print_taken(transition.index)
         if observes(transition.content) and known != place:
             known = self._store(place)
         self.content.block(self.out, transition.content, payload)
@@ -268,44 +268,44 @@ class Straight:
         self.mover.enter(reaction.enter)
 
     def _in_parts(self, transition: Transition) -> None:
-        """Print calls of the methods of a transition whose domain a history decides."""
+        """Print calls of the phases of a transition whose domain depends on a history."""
         self.apart.add(transition.index)
         name = self.names.transitions[transition.index]
         self.out.line(f"{ME}_leave_{name}()")
-        self.out.took(transition.index)
+        self.out.print_taken(transition.index)
         if transition.content:
             self.out.line(f"{ME}_do_{name}()")
         self.out.line(f"{ME}_enter_{name}()")
 
     def _leave(self, source: int, reaction: Reaction) -> tuple[Place, Place]:
-        """Print what is left; return the configuration then, and the one that is stored."""
+        """Print the exits; return the resulting configuration and the stored one."""
         if not reaction.is_listed:
             return self._leave_all(reaction)
         place = known = self._known(source) or Place(None)
         for record in reaction.record:
-            assert record.kept is not None  # noqa: S101  (all that is left is known)
+            assert record.kept is not None  # noqa: S101  (the exit set is known)
             held = f"{ME}_history_{self.names.bare[record.history]}"
             self.out.line(f"{held} = {self.names.states[record.kept]}")
         for op in reaction.leave:
             assert isinstance(op, Leave)  # noqa: S101
             state = self.chart.states[op.state]
-            self.out.tell(quoted("- " + state.id))
+            self.out.print_trace(quoted("- " + state.id))
             if observes(state.on_exit) and known != place:
                 known = self._store(place)
-            self.mover.left(state)
+            self.mover.print_exit(state)
             place = place.without(op.state)
         return place, known
 
     def _leave_all(self, reaction: Reaction) -> tuple[Place, Place]:
-        """Print how all is left that is active below a domain; return as `_leave` does."""
+        """Print the exit of all active states below a domain; return as `_leave` does."""
         domain, top = reaction.domain, reaction.top
         assert domain is not None  # noqa: S101  (something is left)
         assert top is not None  # noqa: S101
         done = self._known(domain) or Place(None)
         if top != domain and self.trees.can_leave(top):
-            self.mover.gone(reaction)
+            self.mover.print_exit_set(reaction)
             self.out.line(f"{ME}_exit_{self.names.bare[top]}(gone)")
-            self.trees.wanted.add(top)
+            self.trees.requested.add(top)
             if done.base is None:
                 self.out.line(f"active = {ME}_active ^ gone")
             return done, UNKNOWN
@@ -315,7 +315,7 @@ class Straight:
         return done, done
 
     def _known(self, state: int) -> Place | None:
-        """Return all that is active with a state as the innermost, if nothing else can be."""
+        """Return the configuration with a state as the innermost, if it is unique."""
         if self.plan.region_of[state] or self.chart.states[state].kind is Kind.PARALLEL:
             return None
         return Place(sum(1 << s for s in (0, *self.plan.chains[state])))
@@ -324,14 +324,14 @@ class Straight:
         """Print the entry of a state; return the configuration then, and the stored one."""
         state = self.chart.states[op.state]
         place = place.with_(state.index)
-        self.out.came(state.index, quoted("+ " + state.id))
+        self.out.print_entered(state.index, quoted("+ " + state.id))
         contents = [self.chart.transitions[d].content for d in op.defaults]
         is_final = state.kind is Kind.FINAL
         if (is_final or observes(state.on_entry) or any(map(observes, contents))) and (
             known != place
         ):
             known = self._store(place)
-        self.mover.come(state, op.defaults)
+        self.mover.print_entry(state, op.defaults)
         return place, known
 
     def _store(self, place: Place) -> Place:

@@ -1,4 +1,4 @@
-"""The texts of `fsmkit.runtime.python` that every generated module holds a copy of."""
+"""The texts of `fsmkit.runtime.python` that every generated module copies."""
 
 from __future__ import annotations
 
@@ -15,46 +15,46 @@ from fsmkit.codegen.python.trimming import facts_of_family, trimmed_method, uses
 from fsmkit.runtime.library import PYTHON_LIBRARY
 
 FILES = ("machine.py", "stepping.py", "timers.py", "queues.py", "trace.py")
-"""What a host calls comes first; each stands on the next."""
+"""The files in the order of the class: methods for hosts first, helpers last."""
 INVOKING = "invoking.py"
 IMAGING = "imaging.py"
 SAVING = "saving.py"
 RECORDING = "recording.py"
 BASES = ("_Machine", "_Invoking")
-"""Classes that a module of several machines holds once, the second derived from the first."""
+"""Classes that a module of several machines shares; the second derives from the first."""
 MARK = "    # --- copied from here on into each generated class "
 SECTION = "# --- "
-"""Begins the line above the first method of a section."""
+"""The start of the line above the first method of a section."""
 REMARK = "  # noqa"
-"""Begins what linters read, which no generated module has."""
+"""The start of a linter's remark, which generated modules omit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """The methods of the class, without what each machine supplies, and its slots."""
+    """The methods of the class, except those that each machine supplies, and its slots."""
 
     methods: tuple[Piece, ...]
-    """As they stand in the class, but not indented."""
+    """The methods, not indented."""
     headings: dict[str, str]
-    """Of sections, by the method that each begins with."""
+    """The headings of sections, by the first method of each."""
     slots: tuple[str, ...]
     variables: dict[str, str]
     """Types of the slots."""
     constants: dict[str, str]
     """Types of the constants and tables that each machine supplies."""
     bases: Piece | None = None
-    """Classes that all others of the module derive from, instead of holding the methods each."""
+    """Classes from which the other classes of the module derive."""
 
     @property
     def names(self) -> frozenset[str]:
-        """Everything that a generated class has already."""
+        """The names that a generated class already has."""
         own = (method.name for method in self.methods)
         return frozenset((*own, *self.slots, *self.variables, *self.constants))
 
     def trimmed(self, facts: Facts, own: Collection[Piece]) -> tuple[list[Piece], set[str]]:
         """Return the methods that a machine needs, and all names that they and its own read.
 
-        ``own``: what was printed for it, which takes the place of methods of the same name.
+        ``own``: the printed methods of the machine, which replace methods of the same name.
         """
         defined = {piece.name for piece in own}
         methods = {m.name: trimmed_method(m, facts) for m in self.methods if m.name not in defined}
@@ -84,22 +84,22 @@ def is_offered(name: str) -> bool:
 
 @cache
 def machine(*, saved: bool = False, recorded: bool = False) -> Template:
-    """Return the part of a machine that does not depend on its chart.
+    """Return the chart-independent part of a machine.
 
-    ``saved``: it can be; ``recorded``: it is.
+    ``saved``: with saving and restoring; ``recorded``: with records.
     """
     return _read((*FILES, *_more(saved=saved, recorded=recorded)))
 
 
 def _more(*, saved: bool, recorded: bool) -> tuple[str, ...]:
-    """Return the files of what not every machine has."""
+    """Return the files of the optional parts."""
     parts = {IMAGING: saved or recorded, SAVING: saved, RECORDING: recorded}
     return tuple(file for file, is_wanted in parts.items() if is_wanted)
 
 
 @cache
 def invoking(*, saved: bool = False, recorded: bool = False, covered: bool = False) -> Template:
-    """Return what machines that invoke each other derive from: two classes, whole."""
+    """Return the base classes of machines that invoke each other: two complete classes."""
     alone, more = machine(saved=saved, recorded=recorded), _read((INVOKING,))
     files = (FILES[-1], *_more(saved=saved, recorded=recorded))
     declared = [text for file in files if (text := _declared(file))]
@@ -122,7 +122,7 @@ def _class(opening: str, doc: str, read: Template, declared: str, facts: Facts) 
 
 
 def _declared(file: str) -> str:
-    """Return what stands in a class between its docstring and what is copied."""
+    """Return the declarations of a class between its docstring and the copied methods."""
     text = (PYTHON_LIBRARY / file).read_text(encoding="utf-8")
     (class_,) = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
     before = text[: text.index(MARK)].splitlines()
@@ -166,7 +166,7 @@ def _functions() -> tuple[Piece, ...]:
 
 
 def without_remarks(text: str) -> str:
-    """Return a file of the library without what linters read."""
+    """Return a file of the library without linters' remarks."""
     return "\n".join(line.partition(REMARK)[0] for line in text.split("\n"))
 
 
@@ -177,7 +177,7 @@ def arithmetic(names: Iterable[str]) -> list[Piece]:
 
 
 def pieces(text: str) -> list[Piece]:
-    """Return the definitions of a text, each with what stands before it."""
+    """Return the definitions of a text, each with the lines before it."""
     found, lines, start = [], text.splitlines(), 0
     for node in ast.parse(text).body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef):

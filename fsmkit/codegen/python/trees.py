@@ -1,4 +1,4 @@
-"""How all is left that is active of a state: a method for it and for each composite one inside."""
+"""Exiting states with all their active descendants: a method for each composite state."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from fsmkit.emit.python import quoted
 from fsmkit.plan import Plan
 
 MOST = 8
-"""Children that are asked one after the other; of more, the active ones are found by their bits."""
+"""The greatest number of children that are tested one by one; for more, their bits are used."""
 
 
 @dataclass
 class Trees:
-    """Prints the methods that leave whole states."""
+    """Prints the methods that exit states with their descendants."""
 
     out: Lines
     plan: Plan
     names: Names
     mover: Mover
     is_seen: bool
-    """Whether somebody is told which states are left, also of those that do nothing then."""
-    wanted: set[int] = field(default_factory=set)
+    """Whether exits are observed, also those without actions."""
+    requested: set[int] = field(default_factory=set)
     entered: set[int] = field(default_factory=set)
-    """States for which there is a method that enters what is to come inside of them."""
+    """States with a method that enters their requested descendants."""
     _possible: dict[int, bool] = field(default_factory=dict)
 
     def can_leave(self, state: int) -> bool:
-        """Whether nothing inside of a state looks at what is active while it is left."""
+        """Whether no descendant of a state reads the configuration while it is exited."""
         known = self._possible.get(state)
         if known is None:
             known = (
@@ -46,24 +46,27 @@ class Trees:
         return known
 
     def enter(self, state: int) -> bool:
-        """Whether there will be a method that enters what is to come inside of a state."""
+        """Whether a method can enter a state's requested descendants; it is then printed."""
         if not all(map(self._can_enter, self.plan.substates[state])):
             return False
         self.entered.add(state)
         return True
 
     def _can_enter(self, state: int) -> bool:
-        """Whether nothing inside of a state looks at what is active while it is entered."""
+        """Whether no descendant of a state reads the configuration while it is entered."""
         found = self.plan.chart.states[state]
         children = self.plan.substates[state]
         is_blind = not observes(found.on_entry) and found.kind is not Kind.FINAL
         return is_blind and len(children) <= MOST and all(map(self._can_enter, children))
 
     def print(self) -> None:
-        """Print the methods that are wanted, and those that these call."""
-        for wanted, print_one in ((self.wanted, self._leave_all), (self.entered, self._enter)):
+        """Print the requested methods, and those that they call."""
+        for requested, print_one in (
+            (self.requested, self._leave_all),
+            (self.entered, self._enter),
+        ):
             done: set[int] = set()
-            while rest := sorted(wanted - done):
+            while rest := sorted(requested - done):
                 for state in rest:
                     done.add(state)
                     print_one(state)
@@ -83,15 +86,15 @@ class Trees:
 
     def _come(self, child: int) -> None:
         state = self.plan.chart.states[child]
-        self.out.came(state.index, quoted("+ " + state.id))
-        self.mover.come(state, ())
+        self.out.print_entered(state.index, quoted("+ " + state.id))
+        self.mover.print_entry(state, ())
         if self.plan.substates[child]:
             self.entered.add(child)
             self.out.line(f"{ME}_restore_{self.names.bare[child]}(coming)")
 
     def _leave_all(self, index: int) -> None:
         state = self.plan.chart.states[index]
-        doc = "Leave all that is active of " + state.id + ", innermost first."
+        doc = "Exit all active states of " + state.id + ", innermost first."
         with self.out.method(f"_exit_{self.names.bare[index]}", doc, "gone: int"):
             word = "if"
             for child in reversed(self.plan.substates[index]):
@@ -105,18 +108,18 @@ class Trees:
             self._itself(state)
 
     def _itself(self, state: State) -> None:
-        self.out.tell(quoted("- " + state.id))
-        self.mover.left(state)
+        self.out.print_trace(quoted("- " + state.id))
+        self.mover.print_exit(state)
 
     def _child(self, child: int) -> None:
         if not self.plan.substates[child]:
             self._itself(self.plan.chart.states[child])
             return
-        self.wanted.add(child)
+        self.requested.add(child)
         self.out.line(f"{ME}_exit_{self.names.bare[child]}(gone)")
 
     def _is_silent(self, state: int) -> bool:
-        """Whether leaving a state and all inside does nothing that anybody sees."""
+        """Whether exiting a state with its descendants has no observable effect."""
         return (
             not self.is_seen
             and self.mover.is_left_silently(self.plan.chart.states[state])

@@ -36,7 +36,7 @@ def facts_of(
     covered: bool,
     saved: bool,
 ) -> Facts:
-    """Return which mechanisms a machine has that neither invokes another nor is invoked."""
+    """Return the mechanisms of a machine that neither invokes nor is invoked."""
     delays = features.delays
     return {
         "TRACED": traced,
@@ -66,7 +66,7 @@ def facts_of(
 
 
 def facts_of_family(*, recorded: bool, covered: bool, saved: bool) -> Facts:
-    """Return which mechanisms machines have that invoke each other: all but the optional ones."""
+    """Return the mechanisms of machines that invoke each other: all but the optional ones."""
     optional = {"RECORDED": recorded, "COVERED": covered, "RECORD_SAVES": saved}
     return defaultdict(lambda: True, optional)
 
@@ -74,7 +74,7 @@ def facts_of_family(*, recorded: bool, covered: bool, saved: bool) -> Facts:
 def needed_lines(text: str, facts: Facts) -> Iterator[str]:
     """Yield the lines of a definition that a machine needs."""
     head: tuple[int, bool] | None = None
-    """Of the statements for the trace: the indentation, and whether theirs is kept."""
+    """For trace statements: the indentation, and whether they are kept."""
     for line in selected(text.split("\n"), facts):
         inset = len(line) - len(line.lstrip())
         if head is not None and inset <= head[0]:
@@ -109,7 +109,7 @@ def uses_of(tree: ast.AST) -> Uses:
 
 @dataclass(frozen=True, eq=False)
 class TrimmedMethod:
-    """A method, or a table, without what its machine does not need."""
+    """A method or a table, without the parts that its machine does not need."""
 
     name: str
     text: str
@@ -120,12 +120,12 @@ class TrimmedMethod:
 
     @cached_property
     def uses(self) -> Uses:
-        """The names that it reads: variables, and attributes of anything."""
+        """The names that it reads: variables, and attributes of any object."""
         return uses_of(self._tree)
 
     @property
     def names(self) -> frozenset[str]:
-        """All of them."""
+        """All names that it reads."""
         return self.uses.names
 
     @cached_property
@@ -135,13 +135,13 @@ class TrimmedMethod:
         return frozenset(name for name in names if name.startswith("_") or name in TRACE)
 
     def without_stores(self, read: AbstractSet[str]) -> TrimmedMethod:
-        """Return it without the assignments to private attributes that nothing reads."""
+        """Return the method without assignments to private attributes that nothing reads."""
         dead = self._stored - read
         return _without_stores(self, dead) if dead else self
 
 
 def _stores(tree: ast.AST) -> Iterator[tuple[ast.stmt, list[str]]]:
-    """Yield the assignments to nothing but attributes, and the names of these."""
+    """Yield the assignments to attributes only, with the names of these."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Assign | ast.AugAssign):
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
@@ -164,7 +164,7 @@ def _without_stores(method: TrimmedMethod, dead: frozenset[str]) -> TrimmedMetho
 
 
 def trimmed_method(method: Piece, facts: Facts) -> TrimmedMethod:
-    """Return a method of a machine with these mechanisms."""
+    """Return a method as a machine with these mechanisms needs it."""
     return _trimmed(method.name, "\n".join(needed_lines(method.text, facts)))
 
 

@@ -26,17 +26,17 @@ PRINTED: tuple[type[Any], ...] = (
     stmt.ForEach,
     stmt.CallOperation,
 )
-"""The statements that a model can have; all others are refused."""
+"""The statements that a model supports; charts with others are rejected."""
 
 
 def has_peer(chart: Chart, event: int) -> bool:
-    """Whether the host is told to whom an event goes: somewhere the chart says it."""
+    """Whether the host receives the target of an event: some send specifies one."""
     sent = (each for each in all_statements(chart) if isinstance(each, stmt.Send))
     return any(each.event == event and each.peer is not None for each in sent)
 
 
 class ModelContentPrinter(ContentPrinter):
-    """Prints statements of one chart as Python does, but for what a model calls."""
+    """Prints statements of one chart as Python does, except calls of the model."""
 
     def __init__(self, chart: Chart, model: ModelNames) -> None:
         """Print the content of a chart under the names of its model."""
@@ -61,7 +61,7 @@ class ModelContentPrinter(ContentPrinter):
     def _send(self, statement: stmt.Send) -> None:
         if statement.destination is stmt.Destination.PORT:
             called = f"self.send_{self.names.events[statement.event]}"
-            passed = self._passed(statement.arguments)
+            passed = self._argument_list(statement.arguments)
             if has_peer(self.chart, statement.event):
                 peer = "None" if statement.peer is None else text(statement.peer)
                 passed = f"{passed}, {peer}" if passed else peer

@@ -34,7 +34,7 @@ class ModelPrinter(Printer):
         return Fragment(f"self.is_in({self.model.quoted(expr.state)})")
 
     def convert(self, expr: Convert) -> Fragment:
-        """Print a converted value; one that saturates lies within, or the chart is rejected."""
+        """Print a converted value; saturation cannot occur, since such charts are rejected."""
         how = bounding(expr)
         is_within = how is not None and how.overflow is Overflow.SATURATE
         return self.fragment(expr.operand) if is_within else Printer.convert(self, expr)

@@ -27,12 +27,12 @@ from fsmkit.language import ArrayType, EnumType, Field, RecordType
 from fsmkit.language.walk import subexpressions
 
 WIDTH = 90
-"""Columns of a transition on one line."""
+"""The width in columns of a transition on one line."""
 OWN = (
     *("Any", "Callable", "ClassVar", "HierarchicalMachine", "IntEnum", "Iterator", "MachineError"),
     *("NestedEventData", "NestedState", "STATES", "Steps", "TRANSITIONS"),
 )
-"""What the module has under names that an enumeration may not take."""
+"""The names that the module uses, which enumerations may not have."""
 HEADER = '''\
 """{doc}
 
@@ -47,7 +47,7 @@ from __future__ import annotations
 
 @printing
 def module_text(chart: Chart) -> str:
-    """Return the text of the module: the same for the same chart."""
+    """Return the text of the module. The same chart has the same text."""
     moves = moves_of(chart)
     names = moves.names
     model = _model(moves)
@@ -81,7 +81,7 @@ def _header(moves: Moves, helpers: list[Piece]) -> str:
 
 
 def _imports(moves: Moves, helpers: list[Piece]) -> Iterator[str]:
-    """Yield the imports: what the helpers and the parts of `Steps` stand on, and the types."""
+    """Yield the imports of the helpers, of the parts of `Steps`, and of the types."""
     used = {name for helper in helpers for name in helper.outside}
     found = {
         "typing": {"Any"},
@@ -168,7 +168,7 @@ def _host(out: Lines, chart: Chart, names: ModelNames) -> None:
 
 
 def _require_own(out: Lines, method: str, names: ModelNames) -> None:
-    """Write the body of a method that is the host's: who meets the error learns where it goes."""
+    """Print the body of a method that the host overrides: an error that names the method."""
     model = f"{names.names.machine}Model"
     out.line(f'raise NotImplementedError("define `{method}` in a subclass of `{model}`")')
 
@@ -210,17 +210,21 @@ def _content(out: Lines, moves: Moves, printer: ModelContentPrinter) -> None:
         _handlers(out, moves, state, printer, plain)
     for history in moves.histories:
         name = names.names.bare[history.index]
-        doc = "Let `" + chart.states[plan.parents[history.index]].id + "` begin where it was left."
+        doc = (
+            "Let `" + chart.states[plan.parents[history.index]].id + "` resume its recorded states."
+        )
         with out.method(f"recall_{name}", doc, "event: Any"):
             out.line(f"self.machine.recall({text(history.id)})")
-        with out.method(f"forget_{name}", "Let states begin as ever.", "event: Any"):
+        with out.method(
+            f"forget_{name}", "Let states use their initial states again.", "event: Any"
+        ):
             out.line("self.machine.forget()")
 
 
 def _handlers(
     out: Lines, moves: Moves, state: State, printer: ModelContentPrinter, plain: ModelPrinter
 ) -> None:
-    """Print what entering and leaving a state does."""
+    """Print the handlers of entering and exiting a state."""
     chart, name = moves.chart, moves.names.names.bare[state.index]
     if _is_entered(moves, state):
         with out.method(f"enter_{name}", "The entry of `" + state.id + "`.", "event: Any"):
@@ -264,7 +268,7 @@ def _histories(moves: Moves, state: State) -> list[State]:
 
 
 def _payload(moves: Moves, transition: Transition) -> dict[str, int]:
-    """Return where the fields of the event at hand are among its arguments."""
+    """Return the positions of the current event's fields among its arguments."""
     occurring = (event for event in transition.events if event in moves.order.occurring)
     event = next(occurring, None)
     fields = () if event is None else moves.chart.events[event].fields
@@ -272,7 +276,7 @@ def _payload(moves: Moves, transition: Transition) -> dict[str, int]:
 
 
 def _given(out: Lines, chart: Chart) -> None:
-    """Print what the model offers to its own methods."""
+    """Print the methods of the model that its other methods call."""
     from fsmkit.language import InState
 
     asked = (part for guard in conditions(chart) for part in subexpressions(guard))
@@ -281,7 +285,7 @@ def _given(out: Lines, chart: Chart) -> None:
             asking = "self.machine.is_state(state, self, allow_substates=True)"
             out.line(f"return bool({asking})")
     if _logs(chart):
-        doc = "Tell the log of this module a label and values."
+        doc = "Log a label and values with the logger of this module."
         with out.method("log", doc, "label: str, *values: Any"):
             out.line('logging.getLogger(__name__).info("%s %s", label, values)')
 
@@ -374,11 +378,11 @@ def _machine(moves: Moves) -> str:
     names, facts = moves.names, moves.facts
     out = Lines()
     initial = names.initial if moves.has_start else names.paths[moves.order.dest(moves.initial)]
-    begins = f" Then `model.{names.start}()` begins." if moves.has_start else ""
+    started = f" Then `model.{names.start}()` starts it." if moves.has_start else ""
     name = names.names.machine
     base = "Steps" if facts - {"inputs"} else "HierarchicalMachine"
     with out.suite(f"class {name}Machine({base}):"):
-        out.line(f'"""The machine of a model, which it gives its triggers.{begins}"""')
+        out.line(f'"""The machine of a model, which it gives its triggers.{started}"""')
         out.line()
         out.line(f"state_cls = {name}State")
         _facts(out, moves)

@@ -1,4 +1,4 @@
-"""What the library cannot express of a chart, said before anything is written."""
+"""Limits of the library: parts of a chart that it cannot express, reported before generating."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from fsmkit.language.walk import nodes, subexpressions
 from fsmkit.plan import Plan, lower
 
 RESERVED = ("add", "_func")
-"""What nested states cannot be called: they are attributes of a `FunctionWrapper`."""
+"""Names that nested states cannot have: they are attributes of a `FunctionWrapper`."""
 
 
 def check(chart: Chart, findings: Findings) -> bool:
-    """Whether the library gives a chart the same meaning; findings where not."""
+    """Return whether the library gives a chart the same meaning; report differences."""
     checker = Checker(chart, findings)
     checker.features()
-    if checker.is_fine:  # the rest asks where single targets lie
+    if checker.is_fine:  # the other checks need single targets
         checker.moves()
     return checker.is_fine
 
 
 def reserved(plan: Plan) -> frozenset[str]:
-    """Return what the library calls attributes of a model, where a trigger cannot be called so."""
+    """Return the library's attributes of a model, whose names a trigger cannot have."""
     top = (*plan.substates[0], *plan.histories[0])
     return frozenset({"state", *(f"is_{plan.chart.states[child].id}" for child in top)})
 
 
 @dataclass
 class Checker:
-    """Finds what the library has no equivalent for."""
+    """Finds the parts of a chart without an equivalent in the library."""
 
     chart: Chart
     findings: Findings
@@ -64,7 +64,7 @@ class Checker:
     # --- features -----------------------------------------------------------------------------
 
     def features(self) -> None:
-        """Report everything that has no equivalent by itself."""
+        """Report each single part without an equivalent."""
         for invocation in self.chart.invocations:
             advice = "make it a machine of its own"
             self._refuse("no invoked machines", invocation.span, advice)
@@ -100,12 +100,12 @@ class Checker:
             self._refuse(what, state.span, advice)
         is_told = f"done.state.{state.id}" in self.chart.event_index
         if state.kind is Kind.PARALLEL and is_told:
-            advice = "ask for the final states of its regions with `In`, in a guard"
-            self._refuse("no event that tells of the end of all regions", state.span, advice)
+            advice = "test the final states of its regions with `In`, in a guard"
+            self._refuse("no event for the end of all regions", state.span, advice)
         self._content((*state.on_entry, *state.on_exit), with_event=False)
 
     def _history(self, history: State) -> None:
-        """Report a history that no state around it can be entered for."""
+        """Report a history for which the library can enter no enclosing state."""
         assert history.initial is not None  # noqa: S101
         parent = self.plan.parents[history.index]
         if self.chart.states[parent].kind is Kind.PARALLEL or not parent:
@@ -113,14 +113,14 @@ class Checker:
             self._refuse("no history of regions, nor of the machine", history.span, advice)
         default = self.chart.transitions[history.initial]
         if any(self.chart.states[target].is_history for target in default.targets):
-            advice = "name the state to begin with"
+            advice = "name the initial state"
             self._refuse("no history as the default of another", default.span, advice)
         if history.kind is Kind.SHALLOW_HISTORY and self._has_deep_initial(parent):
             advice = "give each state between its own `initial`"
             self._refuse("only children as initial states, below a history", history.span, advice)
 
     def _has_deep_initial(self, index: int) -> bool:
-        """Whether an initial state strictly below a state, not of it, is no child."""
+        """Whether a strict descendant has an initial state that is not its child."""
         inside = (self.chart.states[state] for state in self.plan.descendants(index))
         return any(s.kind is Kind.COMPOUND and self._is_deep(s) for s in inside)
 
@@ -131,7 +131,7 @@ class Checker:
         return any(self.plan.parents[target] != state.index for target in initial.targets)
 
     def _initial(self, transition: Transition) -> None:
-        """Report an initial transition that no destination stands for."""
+        """Report an initial transition that the library cannot express as a destination."""
         source, at = self.chart.states[transition.source], transition.span
         if transition.content:
             advice = "move it to the entry of the state that is entered"
@@ -139,7 +139,7 @@ class Checker:
         if source.is_history:
             return
         if any(self.chart.states[target].is_history for target in transition.targets):
-            self._refuse("no history as an initial state", at, "name the state to begin with")
+            self._refuse("no history as an initial state", at, "name the initial state")
         elif self._is_deep(source):
             around = self.plan.chains[source.index]
             between = self.order.path(source.index, transition.targets[0])[:-1]
@@ -169,7 +169,7 @@ class Checker:
             self._event(transition.guard, fields, with_event=with_event)
 
     def _fields(self, transition: Transition) -> frozenset[str]:
-        """Return the fields that all events of a transition have, at the same place."""
+        """Return the fields that all events of a transition have at the same position."""
         events = [e for e in transition.events if e in self.order.occurring]
         each = [set(enumerate(f.name for f in self.chart.events[e].fields)) for e in events]
         return frozenset(name for _, name in set.intersection(*each)) if each else frozenset()
@@ -213,7 +213,7 @@ class Checker:
                 advice = "send an event that leaves the machine, or call an operation"
                 self._refuse("no answer but whether a transition was taken", statement.span, advice)
             case stmt.Fail():
-                advice = "mend what it says"
+                advice = "fix the expression"
                 self._refuse("no `error.execution`", statement.span, advice)
             case stmt.Invoke():
                 pass  # said of the invocation
@@ -224,7 +224,7 @@ class Checker:
                 self._refuse("no local variables of loops", statement.span, advice)
             case _ if not isinstance(statement, PRINTED):
                 advice = "call an operation of the host"
-                self._refuse("nothing that stands for this statement", statement.span, advice)
+                self._refuse("no equivalent of this statement", statement.span, advice)
             case _:
                 if can_fail(_without_bodies(statement)):
                     advice = "test it before: a divisor for zero, an index for its range"
@@ -261,13 +261,13 @@ class Checker:
     def _configuration(self, expr: lang.Expr) -> None:
         for part in subexpressions(expr):
             if isinstance(part, lang.InState):
-                advice = "ask in guards, or remember it in a variable"
+                advice = "test it in guards, or store it in a variable"
                 self._refuse("another configuration in the midst of a step", part.span, advice)
 
     # --- moves --------------------------------------------------------------------------------
 
     def moves(self) -> None:
-        """Report transitions that would leave or enter other states."""
+        """Report transitions for which the library would exit or enter other states."""
         for transition in self.chart.transitions:
             if (transition.trigger is not Trigger.INITIAL or not transition.source) and (
                 transition.targets
@@ -315,5 +315,5 @@ class Checker:
 
 
 def _without_bodies(statement: stmt.Statement) -> object:
-    """Return what a statement evaluates itself: its bodies are looked at by themselves."""
+    """Return the expressions of a statement without those of its bodies."""
     return values(statement) if isinstance(statement, stmt.If | stmt.ForEach) else statement

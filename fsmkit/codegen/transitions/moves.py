@@ -1,4 +1,4 @@
-"""The transitions of the configuration, and what a chart needs besides them."""
+"""The transitions of the configuration, and the further parts that a chart needs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from fsmkit.plan import lower
 class Entry:
     """A transition of the configuration; ``index`` is that in the chart, None for the start.
 
-    ``callback`` is its content, at ``place``; ``recall`` the history that is entered.
+    ``callback`` runs its content at ``place``; ``recall`` is the history that is entered.
     """
 
     trigger: str
@@ -49,7 +49,7 @@ class Moves:
 
     @cached_property
     def has_start(self) -> bool:
-        """Whether something is done at the start: the library enters initial states silently."""
+        """Whether the start has effects: the library enters initial states without callbacks."""
         entered = self.order.entries(self.initial)
         effects = self.order.entry_effects
         return bool({"always", "timers"} & self.facts or self.chart.script) or (
@@ -74,13 +74,13 @@ class Moves:
 
     @property
     def _sends_later(self) -> bool:
-        """Whether content sends an event later, or drops such ones."""
+        """Whether content sends a delayed event or cancels one."""
         content = all_statements(self.chart)
         return any(isinstance(s, Cancel) or (isinstance(s, Send) and s.delay) for s in content)
 
     @property
     def histories(self) -> tuple[State, ...]:
-        """The histories that a transition leads to."""
+        """The histories that are targets of transitions."""
         wanted = {target for t in self.chart.transitions for target in t.targets}
         return tuple(s for s in self.chart.states if s.is_history and s.index in wanted)
 
@@ -122,7 +122,7 @@ class Moves:
         )
 
     def taken(self) -> Iterator[Transition]:
-        """Yield the transitions that something can trigger."""
+        """Yield the transitions that have a trigger."""
         for transition in self.chart.transitions:
             if any(self._triggers(transition)):
                 yield transition

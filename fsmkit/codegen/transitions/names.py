@@ -1,4 +1,4 @@
-"""Names of a chart as the library and a model class have them."""
+"""Names of a chart for the library and for a model class."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from fsmkit.emit import snake
 from fsmkit.plan import Plan
 
 SEPARATORS = "/|:>~"
-"""Between the names of a state and of its parent: the first that no state has in its name."""
+"""Separators between a state and its parent; the first that no state contains is used."""
 MODEL = frozenset({"state", "trigger", "may_trigger", "to", "machine", "is_in", "log", "begin"})
-"""What a model has already, by the library or by the generated class."""
+"""The attributes that a model has from the library or from the generated class."""
 PREFIXES = (
     *("guard_", "do_", "enter_", "exit_", "recall_", "forget_"),
     *("send_", "is_", "may_"),
@@ -23,19 +23,19 @@ PREFIXES = (
 
 @dataclass(frozen=True, slots=True)
 class ModelNames:
-    """What the generated text calls the parts of a chart. Tuples go by index."""
+    """The generated names of the parts of a chart. Tuples are by index."""
 
     names: Names
     separator: str
     paths: tuple[str, ...]
-    """Of states, through all their ancestors."""
+    """The names of states with all their ancestors."""
     initial: str
     """The state before the start, and the trigger that leaves it."""
     start: str
     always: str
     """The trigger of the transitions without an event."""
     timed: Mapping[int, str]
-    """The triggers of the transitions that a time triggers."""
+    """The triggers of timed transitions."""
 
     def quoted(self, state: int) -> str:
         """Return the name of a state for the library, as a literal."""
@@ -43,7 +43,7 @@ class ModelNames:
 
 
 def model_names(plan: Plan) -> ModelNames:
-    """Return the names for a chart. A clash is resolved by underscores at the end."""
+    """Return the names for a chart. Clashing names get underscores at the end."""
     chart = plan.chart
     ids = [state.id for state in chart.states[1:]]
     separator = next(
@@ -85,7 +85,7 @@ def _names(chart: Chart, triggers: set[str]) -> Names:
 
 
 def _public(name: str) -> str:
-    """Return a name that none of the generated methods has."""
+    """Return a name that no generated method has."""
     found = identifier(name)
     return f"v_{found}" if found.startswith(("_", *PREFIXES)) else found
 

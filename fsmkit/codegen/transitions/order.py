@@ -25,18 +25,18 @@ from fsmkit.plan import Plan
 from fsmkit.plan.exits import possible_below
 
 WAITING = Effects(writes=frozenset({"\0"}))
-"""The effect of what begins to wait for a time: of two that are due together the older is first."""
+"""The effect of starting a timer: of two timers with equal deadlines the older fires first."""
 
 
 def delayed(block: Block) -> bool:
-    """Whether content sends an event later, or drops such ones: the host can tell when."""
+    """Whether content sends a delayed event or cancels one, so the host can observe the time."""
     found = statements(block)
     return any(isinstance(s, Cancel) or (isinstance(s, Send) and s.delay) for s in found)
 
 
 @dataclass(frozen=True)
 class Order:
-    """Where a chart's steps and the library's have the same order."""
+    """Determines where a chart's steps and the library's steps have the same order."""
 
     plan: Plan
 
@@ -57,10 +57,10 @@ class Order:
     # --- exits and entries ------------------------------------------------------------------
 
     def dest(self, transition: Transition) -> int:
-        """Return the one state that the library is told to enter.
+        """Return the state that is the destination of a transition in the library.
 
-        Of a history that is the state around it, whose ``initial`` is another one for that time.
-        Where an initial state is no child, it is that state: what is on the way is entered, too.
+        For a history, it is the parent, whose ``initial`` is replaced for one entry. For an initial
+        state that is no child, it is that state; the library also enters those between.
         """
         (target,) = transition.targets
         if self.chart.states[target].is_history:
@@ -103,7 +103,7 @@ class Order:
         return tuple(self.chart.states[index] for index in found)
 
     def defaults(self, index: int) -> tuple[int, ...]:
-        """Return the children that are entered with a state unless a target says otherwise."""
+        """Return the default children of a state, which are entered without a specific target."""
         state = self.chart.states[index]
         if state.kind is Kind.PARALLEL:
             return self.plan.substates[index]
@@ -111,13 +111,13 @@ class Order:
         return () if initial is None else self.path(index, initial.targets[0])[:1]
 
     def timers(self, index: int) -> tuple[Transition, ...]:
-        """Return the transitions of a state that a time triggers, in document order."""
+        """Return the timed transitions of a state, in document order."""
         own = (self.chart.transitions[each] for each in self.chart.states[index].transitions)
         return tuple(t for t in own if t.has_timer)
 
     @cached_property
     def occurring(self) -> frozenset[int]:
-        """Events that can occur: those of errors only where content raises them."""
+        """The events that can occur; error events only if content raises them."""
         raised = {s.event for s in all_statements(self.chart) if isinstance(s, Raise | Send)}
         return frozenset(
             event.index
@@ -127,7 +127,7 @@ class Order:
 
     @cached_property
     def is_plain(self) -> bool:
-        """Whether nobody can tell the order of the library from that of Appendix D."""
+        """Whether the order of the library and that of Appendix D are indistinguishable."""
         moving = [t for t in self.chart.transitions if t.trigger is not Trigger.INITIAL]
         initial = self.chart.transitions[self.chart.root.initial or 0]
         return (
@@ -138,14 +138,14 @@ class Order:
         )
 
     def _is_same(self, one: Transition, two: Transition) -> bool:
-        """Whether the library does the same where one event can enable two transitions."""
+        """Whether the library has the same effect if one event enables both transitions."""
         if self.plan.are_orthogonal(one.source, two.source):
             guards = [t for t in (one, two) if of_guard(t).told]
             return (
                 self.is_within_region(one, two.source)
                 and self.is_within_region(two, one.source)
                 and len(guards) < 2
-                and not any(map(self.asks, (one, two)))
+                and not any(map(self.tests_states, (one, two)))
                 and self.do_commute(one, two)
             )
         if not self.plan.is_below(two.source, one.source):
@@ -153,8 +153,8 @@ class Order:
         is_one_taken = bool(one.targets and two.targets) and not of_guard(one).told
         return is_one_taken or not self.is_parallel_between(one.source, two.source)
 
-    def asks(self, transition: Transition) -> bool:
-        """Whether a guard asks which states are active."""
+    def tests_states(self, transition: Transition) -> bool:
+        """Whether a guard tests which states are active."""
         guard = transition.guard
         return guard is not None and any(isinstance(p, InState) for p in subexpressions(guard))
 
@@ -162,12 +162,12 @@ class Order:
 
     @cached_property
     def exit_effects(self) -> tuple[Effects, ...]:
-        """What leaving each state does."""
+        """The effects of exiting each state."""
         return tuple(self.of_content(*state.on_exit) for state in self.chart.states)
 
     @cached_property
     def entry_effects(self) -> tuple[Effects, ...]:
-        """What entering each state does."""
+        """The effects of entering each state."""
         return tuple(
             of_entry(self.chart, state)
             | self.of_content(*state.on_entry)
@@ -176,20 +176,20 @@ class Order:
         )
 
     def of_content(self, *blocks: Block) -> Effects:
-        """Return the effects of content, with that on the order of what waits for a time."""
+        """Return the effects of content, including effects on the order of timers."""
         found = of_blocks(blocks)
         is_told = any(map(delayed, blocks))
         return found | WAITING | Effects(told=True) if is_told else found
 
     def clears(self, state: State) -> bool:
-        """Whether entering a state ends the machine while delayed events may wait."""
+        """Whether entering a state ends the machine while delayed events may be pending."""
         is_end = state.index in self.plan.endings
         return is_end and any(isinstance(s, Send) and s.delay for s in all_statements(self.chart))
 
     def place_of_content(self, transition: Transition) -> str | None:
-        """Return the callback that content can be, ``before`` or ``after``; None for neither.
+        """Return the callback that can hold content, ``before`` or ``after``; None for neither.
 
-        In a chart content stands between exits and entries.
+        In a chart, content runs between exits and entries.
         """
         content = self.of_content(transition.content)
         exits = union(self.exit_effects[s.index] for s in self.exits(transition))
@@ -199,7 +199,7 @@ class Order:
         return "after" if content.commutes(entries) else None
 
     def confused_exits(self, transition: Transition) -> bool:
-        """Whether the library would leave two states in another order that can be told."""
+        """Whether the library would exit two states in a distinguishably different order."""
         for early, late in combinations(self.exits(transition), 2):
             is_first = self._depth(early.index) >= self._depth(late.index)
             if is_first and self.plan.are_orthogonal(early.index, late.index):
@@ -209,7 +209,7 @@ class Order:
         return False
 
     def confused_entries(self, transition: Transition) -> bool:
-        """Whether the library would enter two states in another order that can be told."""
+        """Whether the library would enter two states in a distinguishably different order."""
         for first, second in combinations(self.entries(transition), 2):
             if first.index > second.index:
                 both = self.entry_effects[first.index], self.entry_effects[second.index]
@@ -220,7 +220,7 @@ class Order:
     # --- several transitions on one event ---------------------------------------------------
 
     def is_within_region(self, transition: Transition, other: int) -> bool:
-        """Whether a transition leaves nothing outside of its region, beside another state."""
+        """Whether a transition exits only states of its own region, beside another state."""
         domain = self.domain(transition)
         parallel = self.plan.meeting(transition.source, other)
         return domain is None or self.plan.is_below(domain, parallel)
@@ -261,7 +261,7 @@ class Order:
         )
 
     def is_parallel_between(self, ancestor: int, descendant: int) -> bool:
-        """Whether a state is, or holds on the way to another, a parallel state."""
+        """Whether a state is parallel, or contains a parallel ancestor of another."""
         kinds = self.chart.states
         between = (ancestor, *self.path(ancestor, descendant)[:-1])
         return any(kinds[state].kind is Kind.PARALLEL for state in between)

@@ -14,7 +14,7 @@ from fsmkit.codegen.python.lines import Piece
 from fsmkit.codegen.python.template import without_remarks
 
 WHOLE = "Steps"
-"""The class that is written, with what all charts need."""
+"""The base class, with the parts that all charts need."""
 PARTS: Mapping[str, str] = {
     "leaves": "Leaves",
     "always": "Always",
@@ -22,7 +22,7 @@ PARTS: Mapping[str, str] = {
     "timers": "Timers",
     "history": "History",
 }
-"""The class of each part."""
+"""The class of each optional part."""
 IMPORTS: Mapping[str, Mapping[str, str]] = {
     "always": {
         "typing": "ClassVar",
@@ -33,12 +33,12 @@ IMPORTS: Mapping[str, Mapping[str, str]] = {
     "history": {"typing": "ClassVar"},
     "leaves": {"collections.abc": "Iterator"},
 }
-"""What each part imports, by module."""
+"""The imports of each part, by module."""
 
 
 @cache
 def _classes() -> Mapping[str, tuple[str, tuple[Piece, ...]]]:
-    """Return by class: its head, and its definitions, each with what is above it."""
+    """Return by class its head and its definitions, each with the lines before it."""
     text = without_remarks(Path(__file__).with_name("steps.py").read_text(encoding="utf-8"))
     lines = text.split("\n")
     found = {}
@@ -55,7 +55,7 @@ def _classes() -> Mapping[str, tuple[str, tuple[Piece, ...]]]:
 
 
 def steps_text(needed: AbstractSet[str]) -> str:
-    """Return the class with the parts that are needed; nothing if none is."""
+    """Return the class with the needed parts, or "" if there are none."""
     chosen = [PARTS[name] for name in PARTS if name in needed]
     if not chosen:
         return ""

@@ -1,7 +1,7 @@
-"""Files for supervisors of processes, which start the nodes of a deployment and keep them running.
+"""Files for process supervisors, which start the nodes of a deployment and restart them.
 
-A deployment comes in, files by name go out. They say how a node is started and restarted, and
-nothing of its machines but their names.
+The input is a deployment, the output files by name. They contain how a node is started and
+restarted, but only the names of its machines.
 """
 
 from fsmkit.codegen.units.service import Service, services_of
@@ -9,6 +9,6 @@ from fsmkit.codegen.units.supervisor import supervisor_files
 from fsmkit.codegen.units.systemd import systemd_files
 
 KINDS = {"systemd": systemd_files, "supervisor": supervisor_files}
-"""From the name of a supervisor to the function that writes its files."""
+"""The function that returns the files of each supervisor."""
 
 __all__ = ["KINDS", "Service", "services_of"]

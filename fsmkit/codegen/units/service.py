@@ -1,4 +1,4 @@
-"""A node as a service: its name, its command and how it is kept running."""
+"""A node as a service: its name, its command and its restart policy."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from fsmkit.system.deployment.deployment import Deployment
 
 TEMPLATES = Path(__file__).parent / "templates"
 LONGEST_NAME = 100
-"""Of a unit; systemd allows 255 with its suffix."""
+"""The greatest length of a unit's name; systemd allows 255 with its suffix."""
 
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """What a supervisor is to know of one node.
+    """A node as the supervisor sees it.
 
     ``name``: of letters, digits and ``-``; ``group``: that of all nodes of the deployment.
     """
@@ -34,18 +34,18 @@ class Service:
 
 @dataclass(frozen=True, slots=True)
 class Keeping:
-    """How services are kept running: seconds, priorities and processors."""
+    """The restart policy of services: seconds, priorities and processors."""
 
     watchdog: float = 1.0
-    """Seconds without a cycle after which a node is restarted; 0: it sends no notices."""
+    """Seconds without a cycle until a node is restarted; 0: it sends no notices."""
     restart: float = 0.5
     """Seconds from the end of a node to its next start."""
     tries: int = 5
-    """Starts in succession that may fail; then the node stays down."""
+    """Consecutive failed starts after which the node stays down."""
     priority: int = 0
-    """The highest of SCHED_FIFO that the node may take; 0: none, and no locked memory."""
+    """The highest SCHED_FIFO priority of the node; 0: none, and no locked memory."""
     cpus: tuple[int, ...] = ()
-    """The processors it may use; none: all."""
+    """The processors that it may use; empty: all."""
     user: str | None = None
 
 
@@ -60,14 +60,15 @@ def services_of(
     """Return the services of a deployment, or that of one node.
 
     Args:
-        deployment: Whose nodes become services.
-        template: The command of a node, as a shell divides it into words; ``{node}`` stands for
-            its name, ``{health}`` for where it answers. The first word is an absolute path.
-        node: The only node that is to run here; None: all.
+        deployment: The deployment of the nodes.
+        template: The command of a node, in the syntax of a shell; ``{node}`` is replaced by its
+            name, ``{health}`` by the address of its health server. The first word is an absolute
+            path.
+        node: The only node to return; None: all.
 
     Raises:
-        FsmkitError: ``wrong-option`` for a command that no supervisor can start,
-            ``unknown-name`` for a node that is not there.
+        FsmkitError: ``wrong-option`` for a command that no supervisor can start, ``unknown-name``
+            for a missing node.
 
     """
     system = plain(deployment.system.name)
@@ -102,7 +103,7 @@ def services_of(
 
 
 def _slug(name: str) -> str:
-    """Return a name of a-z, 0-9 and ``-``, which file names and unit names can hold."""
+    """Return a name of a-z, 0-9 and ``-``, which is valid in file and unit names."""
     return re.sub(r"_+", "-", snake(name)).strip("-")[:LONGEST_NAME] or "system"
 
 
@@ -110,7 +111,7 @@ def _command(template: str, node: str, health: str) -> tuple[str, ...]:
     if "{health}" in template and not health:
         raise fail(
             "wrong-option",
-            f"the deployment does not say where `{node}` answers, which `{{health}}` stands for",
+            f"`{{health}}` needs the health address of `{node}`, which is not declared",
             help=f"write in the deployment for instance `health: {{{node}: tcp://127.0.0.1:5601}}`",
         )
     try:
@@ -127,13 +128,13 @@ def _command(template: str, node: str, health: str) -> tuple[str, ...]:
     if not words or not words[0].startswith("/"):
         raise fail(
             "wrong-option",
-            f"the command `{template}` does not begin with an absolute path",
+            f"the command `{template}` does not start with an absolute path",
             help="write for instance `--exec '/opt/cell/board_{node} --realtime {health}'`",
         )
     if not all(word.isprintable() for word in words):
         raise fail(
             "wrong-option",
             "the command has characters that cannot be printed",
-            help="leave out line ends and control characters",
+            help="remove line ends and control characters",
         )
     return words

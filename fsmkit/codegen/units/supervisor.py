@@ -3,9 +3,9 @@
 It is a file for the ``[include]`` of the user's own configuration. Source: supervisord.org,
 "Configuration File". There is no watchdog, and limits are those of supervisord itself.
 
-supervisord starts what has ended in the next pass of its loop, which waits up to 1 s for something
-to read (``Supervisor.runforever``); no setting shortens it. So one more program of the group prints
-an empty line now and then, which nobody keeps, and each line begins a pass.
+supervisord restarts a program in the next pass of its loop, which waits up to 1 s for input
+(``Supervisor.runforever``). No setting shortens the wait. Therefore another program of the group
+prints an empty line regularly, which is not stored. Each line starts a pass.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from fsmkit.emit.units import supervised_text, supervised_word
 PASS = 0.1
 """Seconds from one pass of supervisord's loop to the next."""
 WAKER = ".waker"
-"""Ends the name of the program that begins them; names of nodes have no dot."""
+"""The suffix of the program that starts the passes; names of nodes contain no dot."""
 
 
 @printing
 def supervisor_files(services: Sequence[Service], keeping: Keeping) -> dict[str, str]:
-    """Return one file by name: a program for each service, a waker, and a group of all of them."""
+    """Return one file by name: a program for each service, a waker, and their group."""
     group = services[0].group
     waker = f"{group}{WAKER}"
     user = [f"user={supervised_text(keeping.user)}"] if keeping.user else []
@@ -56,7 +56,7 @@ def supervisor_files(services: Sequence[Service], keeping: Keeping) -> dict[str,
 
 
 def _waking() -> str:
-    """Return the command of the waker: it ends when nobody reads its lines any more."""
+    """Return the command of the waker, which ends when its lines are no longer read."""
     return f"while echo && sleep {PASS:g}; do :; done"
 
 

@@ -13,7 +13,7 @@ from fsmkit.emit.template import Fields, filled
 from fsmkit.emit.units import unit_text, unit_word
 
 WINDOW = 2.0
-"""The limit of starts is counted over so many times the seconds that the starts take."""
+"""The interval of systemd's start limit, as a multiple of the duration of the starts."""
 
 
 @printing
@@ -49,9 +49,9 @@ def _service(service: Service, keeping: Keeping) -> str:
 
 
 def _notices(keeping: Keeping) -> Sequence[str]:
-    """Return the kind of the service: a node is ready once it has received from all others.
+    """Return the service type: a node is ready once it has received from all others.
 
-    However long that takes is no failure.
+    The time that this takes is not limited.
     """
     if keeping.watchdog == 0:
         return ("Type=exec",)
