@@ -21,6 +21,7 @@ from devtools.random_charts.scripts import random_script
 from devtools.random_charts.using import random_using
 from devtools.runtimes import harness
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.copies import splicing
 from fsmkit.chart.drawing.states.folding import folded
 from fsmkit.chart.loading import load, load_with_findings, read_document
 from fsmkit.chart.views.chart_json import chart_document
@@ -174,6 +175,24 @@ def _without_places(part: object) -> object:
     if isinstance(part, list):
         return [_without_places(each) for each in part]
     return part
+
+
+KEPT = {
+    "doc": "doc: waits for an order",
+    "rest": "rest: true",
+}
+"""For each field that a copy keeps as it is: a key that gives it another value than the default."""
+
+
+@pytest.mark.parametrize("field", splicing.KEPT)
+def test_a_copy_keeps_what_is_written_of_its_states(charts: Path, field: str) -> None:
+    (charts / "axis.yaml").write_text(
+        f"chart: Axis\ninitial: idle\nstates: {{idle: {{{KEPT[field]}}}}}\n"
+    )
+    chart = using(charts, "left: {use: axis.yaml}", "initial: left")
+    used = load(charts / "axis.yaml").states[1]
+    copy = chart.states[chart.state_index["left.idle"]]
+    assert getattr(copy, field) == getattr(used, field) != getattr(chart.root, field)
 
 
 def test_an_exit_is_taken_at_once_and_its_content_comes_last(charts: Path) -> None:

@@ -31,8 +31,12 @@ from fsmkit.chart.passes.collect_names import Names
 from fsmkit.chart.passes.number_states import Tree
 from fsmkit.chart.statements import Assign, Block
 from fsmkit.diagnostics import Findings
+from fsmkit.document import keys
 from fsmkit.document.document import Kind
 from fsmkit.language.walk import nodes
+
+KEPT = tuple(row.field for row in keys.kept_keys(keys.STATE, State) if row.field != "abstract")
+"""The fields that a state of a copy has from the used chart as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +74,9 @@ class Spliced:
             on_exit=tuple(mapper.block(block) for block in state.on_exit),
             defer=tuple(sorted({mapper.events[e] for e in state.defer if e in mapper.events})),
             invariant=None if state.invariant is None else mapper.expr(state.invariant),
-            rest=state.rest,
-            doc=state.doc,
             done_data=() if is_exit else tuple(map(mapper.expr, state.done_data)),
             invokes=tuple(mapper.block(block) for block in state.invokes),
+            **{name: getattr(state, name) for name in KEPT},
         )
 
     def transition(self, made: Transition, copy: int, inner: int) -> Transition:

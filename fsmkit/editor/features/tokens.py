@@ -46,7 +46,8 @@ OF = {
     SymbolKind.DEVICE: "namespace",
 }
 READONLY = (SymbolKind.INPUT, SymbolKind.CONSTANT, SymbolKind.SETTING)
-WORD = re.compile(r"(?:raise|send|cancel|log|if|elif|else|for|super|reply)\b")
+WORDS = ("raise", "send", "cancel", "log", "if", "elif", "else", "for", "super")
+WORD = re.compile(rf"(?:{'|'.join((*WORDS, *stmt.HANDLER_KEYWORDS))})\b")
 
 
 def legend() -> types.SemanticTokensLegend:

@@ -32,6 +32,10 @@ class PropertyContext(Protocol):
     own: int | None
     """The machine in whose chart the property is written, so that names need no machine."""
 
+    def condition(self, name: Text, node: Node) -> Condition | None:
+        """Parse a condition of the property of that name; return None after a finding."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class AtStates:
