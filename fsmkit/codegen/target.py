@@ -1,4 +1,4 @@
-"""The protocols of targets: what writes machines in one language."""
+"""The protocols of targets, which generate machines in one language."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 EXTRAS = {
     "save": "methods that save the machine to bytes and restore it",
     "records": "records of its steps for a live trace",
-    "coverage": "counters of what tests reach",
+    "coverage": "coverage counters",
 }
 """Parts that the option ``with`` adds to a machine, and what they are."""
 
@@ -47,18 +47,18 @@ def named_parts(
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """What a target made: texts by relative path, and the figures it states of them."""
+    """The output of a target: texts by relative path, and their figures."""
 
     files: Mapping[str, str]
     figures: Mapping[str, int]
     """For instance ``struct_bytes``, ``timers``; printed by ``compile`` and its JSON."""
     built: Mapping[str, bytes] = field(default_factory=dict)
-    """What was built of the texts, by relative path, if requested."""
+    """Built files by relative path, if requested."""
 
 
 @runtime_checkable
 class Target(Protocol):
-    """Writes machines in one language."""
+    """Generates machines in one language."""
 
     name: str
     summary: str
@@ -69,16 +69,16 @@ class Target(Protocol):
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the files to write, or None after saying what the target cannot express."""
+        """Return the files, or None after reporting the unsupported parts of the chart."""
         ...
 
 
 @runtime_checkable
 class SystemTarget(Target, Protocol):
-    """Writes the machines of a system with their connections, too."""
+    """Generates the machines of a system together with their connections."""
 
     def generate_system(
         self, system: System, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the files of a `System`, or None after saying what cannot be expressed."""
+        """Return the files of a `System`, or None after reporting its unsupported parts."""
         ...

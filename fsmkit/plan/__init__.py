@@ -1,4 +1,4 @@
-"""Lowering: from a Chart to a Plan, in which no tree is searched any more."""
+"""Lowering: from a Chart to a Plan, on which no consumer searches the tree of states."""
 
 from fsmkit.plan.features import Features
 from fsmkit.plan.lower import lower

@@ -1,4 +1,4 @@
-"""The actions of entering and of exiting one state, beside the change of its number."""
+"""The actions of entering and exiting one state, without the change of its number."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Actions = tuple[Action, ...]
 
 
 def entry_actions(plan: Regions) -> tuple[Actions, ...]:
-    """Return by state what entering it does (Appendix D, enterStates)."""
+    """Return the entry actions of each state (Appendix D, enterStates)."""
     chart = plan.chart
     return tuple(
         (
@@ -38,7 +38,7 @@ def entry_actions(plan: Regions) -> tuple[Actions, ...]:
 
 
 def exit_actions(plan: Regions) -> tuple[Actions, ...]:
-    """Return by state what leaving it does (Appendix D, exitStates)."""
+    """Return the exit actions of each state (Appendix D, exitStates)."""
     slots: dict[int, list[EndInvoked]] = {}
     for invocation in plan.chart.invocations:
         slots.setdefault(invocation.state, []).append(EndInvoked(invocation.index))
@@ -59,7 +59,7 @@ def _timed(plan: Regions, state: State) -> list[int]:
 
 
 def _final(plan: Regions, state: State) -> Actions:
-    """Return what entering a final state does besides: SCXML 3.7."""
+    """Return the additional actions of entering a final state (SCXML 3.7)."""
     parent = plan.parents[state.index]
     if not parent:
         return (Finish(),)

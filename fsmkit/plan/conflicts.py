@@ -1,6 +1,6 @@
 """Conflicts between transitions, as sets: Appendix D, removeConflictingTransitions.
 
-Exit sets meet where one domain is the other or an ancestor of it: both are active and compound.
+Exit sets intersect if one domain is the other or its ancestor: both are active and compound.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ Bits = int
 
 
 def static_domain(reactions: Sequence[Reaction]) -> int | None:
-    """Return the domain of a transition, None for one without or whose domain is not known yet."""
+    """Return the domain of a transition; None for no domain or one known at run time only."""
     return reactions[0].domain if len(reactions) == 1 else None
 
 
 def outer_transitions(plan: Plan) -> tuple[Bits, ...]:
-    """Return for each transition those whose sources lie around its own."""
+    """Return for each transition those whose sources are ancestors of its source."""
     by_source = [0] * len(plan.parents)
     for transition in plan.chart.transitions:
         by_source[transition.source] |= 1 << transition.index
@@ -33,7 +33,7 @@ def outer_transitions(plan: Plan) -> tuple[Bits, ...]:
 
 
 def conflicts(plan: Plan) -> tuple[Bits, ...]:
-    """Return for each transition those whose exit sets meet its own, as far as it is known."""
+    """Return for each transition those with an exit set that statically intersects its own."""
     domains = [static_domain(reactions) for reactions in plan.reactions]
     by_domain = dict.fromkeys(sorted({d for d in domains if d is not None}), 0)
     for index, domain in enumerate(domains):
@@ -44,7 +44,7 @@ def conflicts(plan: Plan) -> tuple[Bits, ...]:
 
 
 def conflicts_by_domain(plan: Plan) -> dict[int, Bits]:
-    """Return for each state that may be a domain the transitions whose exit sets meet it."""
+    """Return for each possible domain the transitions whose exit sets intersect it."""
     own = dict.fromkeys(possible_domains(plan), 0)
     for index, reactions in enumerate(plan.reactions):
         domain = static_domain(reactions)
@@ -54,7 +54,7 @@ def conflicts_by_domain(plan: Plan) -> dict[int, Bits]:
 
 
 def related_domains(plan: Plan) -> dict[int, Bits]:
-    """Return for each state that may be a domain itself and those around it and in it."""
+    """Return for each possible domain itself, its ancestors and its descendants."""
     return related(plan, {state: 1 << state for state in possible_domains(plan)})
 
 
@@ -67,7 +67,7 @@ def possible_domains(plan: Plan) -> list[int]:
 def related(plan: Regions, sets: dict[int, Bits]) -> dict[int, Bits]:
     """Return for each state the union of its set and those of its ancestors and descendants.
 
-    ``sets`` has states in document order; those that are not there have none.
+    ``sets`` has states in document order; absent states have the empty set.
     """
     found = dict.fromkeys(sets, 0)
     around: list[int] = []

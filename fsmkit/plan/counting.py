@@ -17,76 +17,76 @@ from fsmkit.language import Binary, BinaryOp, CoveredCondition, CoveredGuard, Ex
 from fsmkit.plan.fingerprint import MEMO, fingerprint
 
 FULL = 255
-"""Where a counter stops."""
+"""The value at which a counter stops."""
 
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Where a guard is counted."""
+    """The location and the layout of a guard's counters."""
 
     counter: int
-    """The byte of its first way; without ways that of how often it was false, the next: true."""
+    """The byte of its first path; without paths, that of its false values, then its true values."""
     ways: Ways
-    """Without what is missed where they are not kept: then outcomes say what each bit is."""
+    """Its paths; for a guard without paths, `outcomes` names the bits instead."""
 
     @property
     def is_noted(self) -> bool:
-        """Whether its conditions are counted by their values, and no ways are kept."""
+        """Whether its conditions are counted by their values instead of its paths."""
         return not self.ways.missed
 
     @property
     def bytes(self) -> int:
-        """How many bytes it has."""
+        """The number of its bytes."""
         count = len(self.ways.outcomes)
         return 2 + (count + 7) // 8 if self.is_noted else count
 
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """Where all of a chart is counted."""
+    """The layout of a chart's counters."""
 
     first_transition: int
     guards: Mapping[int, Guard]
-    """By transition."""
+    """The guards, by transition."""
     size: int
-    """In bytes."""
+    """The size in bytes."""
 
     @property
     def noted(self) -> int:
-        """The bytes that the conditions of one guard note at most, where no ways are kept."""
+        """The most bytes for the values of conditions of one guard without paths."""
         return max((g.bytes - 2 for g in self.guards.values() if g.is_noted), default=0)
 
 
 def area_of(chart: Chart) -> Area:
-    """Return where a chart, without those that it invokes, is counted; `counted` or not."""
+    """Return the layout of a chart's counters, without its invoked charts; `counted` or not."""
     transitions = len(chart.states)
     counter = transitions + len(chart.transitions)
     guards: dict[int, Guard] = {}
     for transition in chart.transitions:
         if transition.guard is not None:
-            guard = guards[transition.index] = Guard(counter, _ways(transition.guard))
+            guard = guards[transition.index] = Guard(counter, _paths_of(transition.guard))
             counter += guard.bytes
     return Area(transitions, guards, counter)
 
 
-def _ways(guard: Expr) -> Ways:
+def _paths_of(guard: Expr) -> Ways:
     shape, conditions = shape_of(guard.operand if isinstance(guard, CoveredGuard) else guard)
     count = len(conditions)
     if count <= MOST_CONDITIONS:
         return ways_of(shape, count)
     nothing: Outcomes = (None,) * count
-    each = (
+    outcomes = (
         (*nothing[:place], value, *nothing[place + 1 :])
         for place in range(count)
         for value in (False, True)
     )
-    return Ways((), tuple(each))
+    return Ways((), tuple(outcomes))
 
 
 def counted(chart: Chart) -> Chart:
-    """Return a chart whose guards are counted, and those of the charts that it invokes.
+    """Return a chart with counted guards, also in the charts that it invokes.
 
-    It keeps the fingerprint of the chart: nothing else is different.
+    It keeps the fingerprint of the chart, since nothing else differs.
     """
     area = area_of(chart)
     found = replace(

@@ -8,7 +8,7 @@ from fsmkit.plan.plan import Plan
 
 
 def entered(plan: Plan) -> frozenset[int]:
-    """Return the states that some start, transition or history can enter."""
+    """Return the states that a start, a transition or a history can enter."""
     found: set[int] = set()
     waiting: list[Op | Resume] = list(plan.start)
     for transition in plan.chart.transitions:

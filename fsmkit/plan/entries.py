@@ -1,6 +1,6 @@
-"""Entry sets: Appendix D, computeEntrySet, carried out when compiling.
+"""Entry sets (Appendix D, computeEntrySet), computed at compile time.
 
-Only whether a history is recorded, and what it holds, is left to be tested at run time.
+Only the tests of what a history recorded are left to run time.
 """
 
 from __future__ import annotations
@@ -11,12 +11,15 @@ from fsmkit.plan.operations import Branch, Enter, Op, Restore
 
 
 def entries_below(chart: Chart, domain: int, targets: tuple[int, ...]) -> tuple[Op, ...]:
-    """Return what is entered strictly below a domain (compound or the root), in entry order."""
+    """Return the operations that enter states strictly below a domain, in entry order.
+
+    The domain is compound or the root.
+    """
     return _inside(chart, domain, targets)[1]
 
 
 def entry_by_default(chart: Chart, state: int) -> tuple[Op, ...]:
-    """Return what entering a state enters if nothing below it is a target."""
+    """Return the entries of a state that has no targets below it."""
     return _enter(chart, state, ())
 
 
@@ -27,7 +30,7 @@ def _default(chart: Chart, state: int) -> Transition:
 
 
 def _enter(chart: Chart, state: int, targets: tuple[int, ...]) -> tuple[Op, ...]:
-    """Return how to enter a state and, below it, the targets that lie there, else the default."""
+    """Return the entries of a state and of the targets below it, or of its default."""
     below = tuple(t for t in targets if chart.is_descendant(t, state))
     kind = chart.states[state].kind
     if kind is Kind.COMPOUND and not below:
@@ -62,9 +65,9 @@ def _with(
 def _inside(
     chart: Chart, state: int, targets: tuple[int, ...]
 ) -> tuple[int | None, tuple[Op, ...]]:
-    """Return what is entered strictly below an active or just entered state.
+    """Return the entries strictly below an active or just entered state.
 
-    And the history of that very state, where one is a target: it decides all of it.
+    A history of that state that is a target decides all of them.
     """
     history = next((t for t in targets if _is_history_of(chart, t, state)), None)
     if history is not None:
@@ -77,7 +80,7 @@ def _inside(
 
 
 def _child_towards(chart: Chart, state: int, descendant: int) -> int:
-    """Return the child of a state that is or holds a descendant; without looking at all of them."""
+    """Return the child that is or contains a descendant, found upwards from the descendant."""
     child = descendant
     while (parent := chart.states[child].parent) != state:
         assert parent is not None  # noqa: S101

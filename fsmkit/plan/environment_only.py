@@ -1,4 +1,4 @@
-"""What only the environment of a check can do, and no generated machine."""
+"""Features for the environment of a check, which no generated machine supports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fsmkit.document.document import Trigger
 
 
 def report_environment_only(chart: Chart, findings: Findings, rule: str) -> bool:
-    """Whether a machine can run a chart; a finding of ``rule`` for each transition where not."""
+    """Return whether a machine can run a chart; report each other transition under ``rule``."""
     can_run = True
     for transition in chart.transitions:
         if transition.trigger is Trigger.SOMETIMES:

@@ -1,7 +1,7 @@
 """Exit sets of transitions, and the histories that record them: Appendix D, exitStates.
 
-While the source of a transition is active, all states around it are. Which states below it are
-active, and which in other regions, is known at run time only.
+While the source of a transition is active, all its ancestors are. Which of its descendants are
+active, and which states of other regions, is known at run time only.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from fsmkit.plan.operations import Kept, Leave, LeaveBelow, LeaveRegion, Reactio
 from fsmkit.plan.regions import Regions
 
 LISTED = 16
-"""At least so many states are not left one by one."""
+"""The number of states from which on they are not exited one by one."""
 
 Exits = tuple[Leave | LeaveRegion | LeaveBelow, ...]
 
 
 def exits(plan: Regions, source: int, domain: int) -> Exits:
-    """Return what is left below a domain, innermost first."""
+    """Return the operations that exit states below a domain, innermost first."""
     path: list[int] = []
     for state in plan.chains[source]:
         if state == domain:
@@ -34,10 +34,10 @@ def exits(plan: Regions, source: int, domain: int) -> Exits:
 
 
 def records(plan: Regions, source: int, domain: int, leave: Exits) -> tuple[Record, ...]:
-    """Return which histories are recorded before states below a domain are left, in order.
+    """Return the histories to record before states below a domain are exited, in order.
 
-    ``leave``: what is left. If its states are listed, they are all that is active of the region of
-    the domain, and of all regions unless it leaves regions, too.
+    ``leave``: the exits. If they list states, these are all active states of the domain's region.
+    They are all active states of the machine unless the exits contain regions.
     """
     if not plan.every_history:
         return ()
@@ -62,9 +62,9 @@ def records(plan: Regions, source: int, domain: int, leave: Exits) -> tuple[Reco
 
 
 def _reachable(plan: Regions, source: int) -> list[int]:
-    """Return the histories, in order, of all states that may be active while a state is.
+    """Return the histories of all states that may be active together with a state, in order.
 
-    Those of its region are its own, and those of what lies around it and in it.
+    The regions are its own, and those around it and within it.
     """
     every, end = plan.every_history, plan.ends[source]
     first, last = bisect_right(every, source), bisect_right(every, end)
@@ -89,7 +89,7 @@ def recording_domains(plan: Regions, history: int) -> tuple[int, ...]:
 
 
 def kept_parts(plan: Regions, history: int) -> tuple[Kept, ...]:
-    """Return what a history records of each region."""
+    """Return the parts of each region that a history records."""
     parent, regions = plan.parents[history], plan.recorded_regions[history]
     if plan.chart.states[history].kind is Kind.DEEP_HISTORY:
         return tuple(Kept(region, None) for region in regions)
@@ -99,7 +99,7 @@ def kept_parts(plan: Regions, history: int) -> tuple[Kept, ...]:
 
 
 def recordable(plan: Regions, history: int) -> tuple[int, ...]:
-    """Return the states that a history may record: atomic ones, or children of its parent."""
+    """Return the states that a history can record: atomic ones, or children of its parent."""
     parent, states = plan.parents[history], plan.chart.states
     if states[history].kind is Kind.DEEP_HISTORY:
         return tuple(state for state in plan.descendants(parent) if states[state].is_leaf)
@@ -109,7 +109,7 @@ def recordable(plan: Regions, history: int) -> tuple[int, ...]:
 def possible_below(plan: Regions, reaction: Reaction) -> list[int]:
     """Return the states below a domain that can be active while the source is.
 
-    Those around it, those in other regions, and all below it.
+    These are its ancestors, its descendants, and the states of other regions.
     """
     source, domain = plan.chart.transitions[reaction.transition].source, reaction.domain
     found = list(plan.descendants(source))

@@ -1,4 +1,4 @@
-"""Which mechanisms the machine of a chart needs: known before a line of its code is printed."""
+"""The mechanisms that the machine of a chart needs, known before printing."""
 
 from __future__ import annotations
 
@@ -13,48 +13,48 @@ from fsmkit.document.document import Kind, Trigger
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """What can happen in a machine; one whose field is false needs no code for it."""
+    """The mechanisms of a machine; code for absent ones is omitted."""
 
     regions: bool
-    """Several atomic states are active at once."""
+    """Several atomic states can be active at once."""
     timeouts: bool
     periods: bool
-    """Transitions that are taken again and again, `every` so long."""
+    """Periodic transitions (`every`)."""
     timed_guards: bool
     alternatives: bool
-    """Several transitions wait for one timer."""
+    """Several transitions share one timer."""
     delays: frozenset[Destination]
-    """Where delayed sends go."""
+    """The targets of delayed sends."""
     deferral: bool
     eventless: bool
     samples_inputs: bool
-    """The guard of an eventless transition reads an input: it is tried once in each `run`."""
+    """The guard of an eventless transition reads an input, so it is evaluated in each `run`."""
     raises: bool
     """Events enter the internal queue by `raise`, a `send` to it, or ``done.state``."""
     fails: bool
     """Content or a guard may fail or leave a range: an error event, or a fault."""
     ends: bool
-    """A top-level final state can be entered."""
+    """A final state of the root can be entered."""
     calls: bool
-    """The host is called in a step: operations, events sent out."""
+    """A step calls the host: operations, outgoing events."""
     logs: bool
     replies: bool
     reads_event: bool
-    """The event at hand is read where it may be one of several: its name, type or a field."""
+    """The current event is read where several events are possible: its name, type or a field."""
     reads_payload: bool
-    """A field of the event at hand is read anywhere."""
+    """A field of the current event is read."""
     error_faults: bool
-    """An error event that nothing answers stops the machine."""
+    """An unhandled error event stops the machine."""
     payload: bool
 
     @property
     def follows(self) -> bool:
-        """Whether more than its own transitions can follow an event, in the same step."""
+        """Whether an event can have effects in the same step beside its own transitions."""
         return self.eventless or self.raises or self.fails or self.ends
 
 
 def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
-    """Return where the fields of the event at hand are, None where that depends on the event."""
+    """Return the positions of the current event's fields, or None if they depend on the event."""
     if transition.trigger is not Trigger.EVENT or not transition.events:
         return None
     places = [
@@ -65,7 +65,7 @@ def payload_of(chart: Chart, transition: Transition) -> dict[str, int] | None:
 
 
 def features_of(chart: Chart) -> Features:
-    """Return what the machine of a chart needs, those in its slots left out."""
+    """Return the mechanisms of a machine, without those of the machines in its slots."""
     found = tuple(all_statements(chart))
     evaluated = outcomes((chart.states, chart.transitions, chart.script))
     within = evaluated | outcomes(tuple(event.finalize for event in chart.events))

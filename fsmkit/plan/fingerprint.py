@@ -1,4 +1,4 @@
-"""The hash of a chart: the same for charts that mean the same, in every process and runtime."""
+"""The hash of a chart: equal for charts of equal meaning, in every process and runtime."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from fsmkit.diagnostics import Source, Span
 from fsmkit.language.types import Type
 
 PLAIN = re.compile(r"(?:str|int|bool|float|None|[ |])+")
-"""The type of a field whose value is written as Python writes it."""
+"""Types of fields whose values are formatted with ``repr``."""
 MEMO = "_fingerprint"
-"""Where a chart keeps its hash, like a cached property."""
+"""The attribute of a chart that caches its hash."""
 
 
 def fingerprint(chart: Chart) -> str:
-    """Return a hash of what a chart means; places and comments do not count."""
+    """Return a hash of a chart's meaning; locations and comments do not count."""
     if MEMO not in chart.__dict__:
         chart.__dict__[MEMO] = sha256(_canonical(chart).encode()).hexdigest()
     return str(chart.__dict__[MEMO])
 
 
 def _canonical(node: Any) -> str:
-    """Return a value without places, written in the same way in every process."""
+    """Return the text of a value without locations, equal in every process."""
     return _writer(node.__class__)(node)
 
 
 @cache
 def _writer(kind: type[Any]) -> Callable[[Any], str]:
-    """Return how values of a class are written."""
+    """Return the function that formats values of a class."""
     name = kind.__name__
     if issubclass(kind, Enum):
         return lambda node: f"{name}.{node.name}"
@@ -49,7 +49,7 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
     if not is_dataclass(kind):
         return repr
     told = [f for f in fields(kind) if f.compare and f.name not in ("doc", "origin")]
-    parts = ",".join(f"{f.name}={{{_told(f.name, str(f.type))}}}" for f in told)
+    parts = ",".join(f"{f.name}={{{_field_expression(f.name, str(f.type))}}}" for f in told)
     scope = {"writer": _writer, "guard": by_form(_canonical)}
     # made of the fields, as a dataclass makes its own methods: a chart has very many nodes
     written: Callable[[Any], str] = eval(f"lambda node: f'{name}({parts})'", scope)  # noqa: S307
@@ -58,8 +58,8 @@ def _writer(kind: type[Any]) -> Callable[[Any], str]:
     return by_form(written) if kind in STATEMENTS else written
 
 
-def _told(name: str, type_: str) -> str:
-    """Return the expression of a field; ``name`` is that of a field of a class."""
+def _field_expression(name: str, type_: str) -> str:
+    """Return the expression that formats a field; ``name``: the field's name in its class."""
     if PLAIN.fullmatch(type_):
         return f"node.{name}!r"
     if name == "guard":

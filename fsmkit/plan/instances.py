@@ -1,7 +1,7 @@
-"""Instances of used charts in a chart: copies of one sub-chart whose numbers differ by a constant.
+"""Instances of used charts: copies of one chart whose numbers differ by a constant.
 
-States of a chart follow each other in document order, so copies of equal size have numbers that
-differ by a constant; so have their transitions and events.
+The states of a chart follow each other in document order. Copies of equal size therefore have state
+numbers that differ by a constant; the same holds for transitions and events.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from fsmkit.chart.chart import Chart
 from fsmkit.document.document import Kind
 
 MOST = 255
-"""Copies of a group, so that a number of a copy is a byte."""
+"""The greatest number of copies in a group, so that a copy's number fits in a byte."""
 Shape = tuple[tuple[Kind, int, int], ...]
-"""Of each state of a copy: its kind, how many transitions and children it has."""
+"""For each state of a copy: its kind, and its numbers of transitions and children."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Instance:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Copies of one chart: their first states, evenly apart, and how many states each has."""
+    """Copies of one chart: their first states at equal distances, and their number of states."""
 
     bases: tuple[int, ...]
     size: int
@@ -42,7 +42,7 @@ class Instances:
     groups: tuple[Group, ...]
 
     def state(self, state: int, *more: int) -> Instance | None:
-        """Return the position of a state, or of something of it; None outside of copies."""
+        """Return the position of a state, or of an item of it; None outside of copies."""
         for number, group in enumerate(self.groups):
             for copy, base in enumerate(group.bases):
                 if base <= state < base + group.size:
@@ -50,7 +50,7 @@ class Instances:
         return None
 
     def transition(self, index: int) -> Instance | None:
-        """Return the position of a transition; None outside of copies."""
+        """Return the position of a transition, or None outside of copies."""
         source = self.chart.transitions[index].source
         own = self.chart.states[source].transitions
         return self.state(source, 1, own.index(index)) if index in own else None

@@ -1,4 +1,4 @@
-"""From a Chart to a Plan."""
+"""The lowering from a Chart to a Plan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fsmkit.plan.regions import Regions, regions_of
 
 
 def lower(chart: Chart) -> Plan:
-    """Return the plan of a chart; its size is near-linear in that of the chart."""
+    """Return the Plan of a chart. Its size is almost linear in the size of the chart."""
     own = regions_of(chart)
     variants = tuple(_variants(own, transition) for transition in chart.transitions)
     assert chart.root.initial is not None  # noqa: S101
@@ -47,7 +47,7 @@ def _variants(plan: Regions, transition: Transition) -> tuple[Variant, ...]:
 
 
 def _by_default(plan: Regions, transition: Transition, domain: int) -> list[Variant]:
-    """Return the variant for a history not recorded yet, if its default has another domain."""
+    """Return the variant for an unrecorded history, if its default has another domain."""
     chart = plan.chart
     (history,) = transition.targets
     initial = chart.states[history].initial
@@ -66,10 +66,10 @@ def _by_default(plan: Regions, transition: Transition, domain: int) -> list[Vari
 
 
 def _deeper(plan: Regions, transition: Transition, parent: int) -> list[Variant]:
-    """Return the variants whose domain lies between the source and the parent of the history.
+    """Return the variants whose domain lies between the source and the history's parent.
 
-    A state is the domain if all that was recorded lies below it: then its region recorded a
-    number inside it, and every parallel state on the way to it has no other region.
+    A state is the domain if all recorded states lie below it. Its region then recorded a number
+    within it, and every parallel state on the path to it has no other region.
     """
     chart = plan.chart
     (history,) = transition.targets
@@ -86,7 +86,7 @@ def _deeper(plan: Regions, transition: Transition, parent: int) -> list[Variant]
 
 
 def _holds_all(plan: Regions, parent: int, candidate: int) -> bool:
-    """Whether all that is active below a parent may lie below a candidate: no region beside it."""
+    """Whether a candidate contains all active states below a parent: no region beside it."""
     for state in plan.chains[candidate]:
         if state == parent:
             break

@@ -1,4 +1,4 @@
-"""The operations of a Plan: what is recorded, left, done and entered, in their order."""
+"""The operations of a Plan in their order: record, exit, run content, enter."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fsmkit.language import Expr
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Forget:
-    """Let a history hold nothing."""
+    """Clear a history."""
 
     history: int
 
@@ -46,14 +46,14 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class WantInvoke:
-    """Note that a state invokes at the end of the macrostep (SCXML 6.4)."""
+    """Request the invocation of a state at the end of the macrostep (SCXML 6.4)."""
 
     state: int
 
 
 @dataclass(frozen=True, slots=True)
 class DropInvoke:
-    """Note that a state no longer invokes."""
+    """Cancel the requested invocation of a state."""
 
     state: int
 
@@ -88,7 +88,7 @@ class IfFinal:
 
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """End the machine."""
+    """End the machine: a final state of the root was entered."""
 
 
 Action = (
@@ -112,7 +112,7 @@ Action = (
 class Enter:
     """Enter a state: its number, its actions; then the content of defaults.
 
-    ``defaults``: the initial transition and the default of a history, where they have content.
+    ``defaults``: the initial transition and the default of a history, if they have content.
     """
 
     state: int
@@ -121,7 +121,7 @@ class Enter:
 
 @dataclass(frozen=True, slots=True)
 class Restore:
-    """Enter what a history recorded, as far as it lies strictly below a state."""
+    """Enter the recorded states of a history that lie strictly below a state."""
 
     history: int
     below: int
@@ -129,7 +129,7 @@ class Restore:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """One list of operations if a history is recorded, another if not."""
+    """Two lists of operations: for a recorded and for an unrecorded history."""
 
     history: int
     recorded: tuple[Op, ...]
@@ -148,7 +148,7 @@ Op = Enter | Restore | Branch | Content
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """Enter by the number that a history recorded in a region; nothing if it is in no case."""
+    """Enter by the number that a history recorded in a region; do nothing without a case for it."""
 
     history: int
     region: int
@@ -164,7 +164,7 @@ Ops = tuple[Op | Resume, ...]
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """Leave one state, below which nothing is active in its region."""
+    """Exit one state, below which nothing is active in its region."""
 
     state: int
 
@@ -172,7 +172,7 @@ class Leave:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class LeaveRegion:
-    """Leave all active states in a region of a parallel state, innermost first."""
+    """Exit all active states in a region of a parallel state, innermost first."""
 
     region: int
 
@@ -180,9 +180,9 @@ class LeaveRegion:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class LeaveBelow:
-    """Leave all active states strictly below a domain, innermost first.
+    """Exit all active states strictly below a domain, innermost first.
 
-    ``top``: the child of the domain that is active, the source or a state around it.
+    ``top``: the active child of the domain: the source or its ancestor.
     """
 
     domain: int
@@ -192,10 +192,9 @@ class LeaveBelow:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Record:
-    """Record a history of a state that is about to be left (SCXML 3.10).
+    """Record a history before its parent is exited (SCXML 3.10).
 
-    ``is_sure``: the state is active; else that is tested. ``kept``: what is recorded, if that is
-    known.
+    ``is_sure``: the parent is active; else that is tested. ``kept``: the record, if it is known.
     """
 
     history: int
@@ -206,9 +205,9 @@ class Record:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """The record of a region by a history: its number, or which of some states is active in it.
+    """The record of a region by a history: its number, or the active one of some states.
 
-    ``states`` are None for the number. One state alone is always the active one.
+    ``states`` are None for the number. A single state is always the active one.
     """
 
     region: int
@@ -220,7 +219,7 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Within:
-    """A condition: what a history recorded in a region has a number from ``first`` to ``last``."""
+    """A condition: the number that a history recorded in a region is in ``first`` to ``last``."""
 
     history: int
     region: int
@@ -247,7 +246,7 @@ class Variant:
 @fast_init
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """One variant of a transition, whole: record, leave, run its content, enter."""
+    """One complete variant of a transition: record, exit, run its content, enter."""
 
     conditions: tuple[Within, ...]
     domain: int | None
@@ -258,12 +257,12 @@ class Reaction:
 
     @property
     def is_listed(self) -> bool:
-        """Whether all states that are left are known, one by one."""
+        """Whether the exit set is known at compile time."""
         return all(isinstance(op, Leave) for op in self.leave)
 
     @property
     def top(self) -> int | None:
-        """The outermost state that is left; the domain itself if that is the source."""
+        """The outermost exited state, or the domain itself if it is the source."""
         match self.leave[-1:]:
             case (Leave(state),):
                 return state

@@ -1,4 +1,4 @@
-"""The Plan: what a machine executes, in numbers and ordered lists of operations."""
+"""The Plan: the program of a machine, as numbers and ordered lists of operations."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ from fsmkit.plan.selection import Selection
 
 @dataclass(frozen=True)
 class Plan(Regions):
-    """A chart lowered."""
+    """A lowered chart."""
 
     variants: tuple[tuple[Variant, ...], ...]
-    """By transition; of an initial one what it enters below its source, of a default below the
-    parent of the history."""
+    """The variants by transition; initial and default transitions contain the entries they
+    cause.
+    """
     start: tuple[Op, ...]
-    """What entering the machine enters, after the content of the root's initial transition."""
+    """The entries at the start, after the content of the root's initial transition."""
 
     @cached_property
     def features(self) -> Features:
-        """What the machine needs."""
+        """The mechanisms of the machine."""
         return features_of(self.chart)
 
     @cached_property
@@ -44,19 +45,19 @@ class Plan(Regions):
 
     @cached_property
     def entering(self) -> tuple[Actions, ...]:
-        """By state: what entering it does."""
+        """The entry actions by state."""
         return entry_actions(self)
 
     @cached_property
     def leaving(self) -> tuple[Actions, ...]:
-        """By state: what leaving it does."""
+        """The exit actions by state."""
         return exit_actions(self)
 
     @cached_property
     def reactions(self) -> tuple[tuple[Reaction, ...], ...]:
-        """By transition: its variants whole, of which the last has no conditions.
+        """The complete variants by transition, of which the last has no conditions.
 
-        Initial and default transitions, which are taken while states are entered, have none.
+        Initial and default transitions are part of entries and have none.
         """
         return tuple(
             ()
@@ -74,9 +75,9 @@ class Plan(Regions):
 
     @cached_property
     def kept(self) -> dict[int, tuple[Kept, ...]]:
-        """By history: what it records of each region."""
+        """The recorded parts of each region, by history."""
         return {history: kept_parts(self, history) for history in self.every_history}
 
     def resumed(self, restore: Restore) -> tuple[Resume, ...]:
-        """Return what a history enters, by the numbers that it recorded."""
+        """Return the entries of a history, by the numbers that it recorded."""
         return restoring.resumed(self, restore)

@@ -22,9 +22,10 @@ from fsmkit.document.document import Kind
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """``states`` in document order; ``top`` is the child of the parallel state ``owner``.
+    """A region: ``states`` in document order, below ``top``, a child of parallel state ``owner``.
 
-    Or the root, which is in no region: its number is 0, which stands for nothing active.
+    The region of the root contains its descendants. The root is in no region: its number is 0,
+    which means that no state is active.
     """
 
     index: int
@@ -40,23 +41,23 @@ class Regions:
     chart: Chart
     regions: tuple[Region, ...]
     region_of: tuple[int, ...]
-    """By state; of a history that of its parent."""
+    """The region of each state; for a history, that of its parent."""
     last_below: tuple[int, ...]
-    """By state: the last of its descendants in its own region, or itself."""
+    """For each state the last of its descendants in its own region, or itself."""
 
     @cached_property
     def is_single(self) -> bool:
-        """Whether there is but one region, so that one transition is taken at a time."""
+        """Whether there is one region only, so one transition is taken at a time."""
         return len(self.regions) == 1
 
     @cached_property
     def is_flat(self) -> bool:
-        """Whether all states stand beside each other."""
+        """Whether no state contains another."""
         return not any(self.parents)
 
     @cached_property
     def inner(self) -> tuple[list[Region], ...]:
-        """By state: the regions of a parallel state, in document order; of any other none."""
+        """For each parallel state its regions in document order; for other states none."""
         found: tuple[list[Region], ...] = tuple([] for _ in self.chart.states)
         for region in self.regions:
             if region.owner is not None:
@@ -67,7 +68,7 @@ class Regions:
 
     @cached_property
     def chains(self) -> tuple[tuple[int, ...], ...]:
-        """By state: itself and its ancestors without the root, innermost first."""
+        """For each state itself and its ancestors without the root, innermost first."""
         return tuple(
             () if state.index == 0 else (state.index, *self.chart.ancestors(state.index)[:-1])
             for state in self.chart.states
@@ -75,12 +76,12 @@ class Regions:
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
-        """By state: the state around it; 0 for the root, too."""
+        """The parent of each state; 0 for the root, too."""
         return tuple(state.parent or 0 for state in self.chart.states)
 
     @cached_property
     def region_parents(self) -> tuple[int, ...]:
-        """By state: the state around it in its region; 0 for none."""
+        """The parent of each state within its region; 0 for none."""
         of = self.region_of
         return tuple(p if of[p] == of[s] else 0 for s, p in enumerate(self.parents))
 
@@ -88,24 +89,24 @@ class Regions:
 
     @cached_property
     def ends(self) -> tuple[int, ...]:
-        """By state: the last state below it, or itself."""
+        """For each state its last descendant, or itself."""
         return tuple(state.last_descendant for state in self.chart.states)
 
     @cached_property
     def substates(self) -> tuple[tuple[int, ...], ...]:
-        """By state: the states directly in it, without histories (getChildStates)."""
+        """The children of each state, without histories (getChildStates)."""
         states = self.chart.states
         return tuple(tuple(c for c in s.children if not states[c].is_history) for s in states)
 
     @cached_property
     def histories(self) -> tuple[tuple[int, ...], ...]:
-        """By state: its histories."""
+        """The histories of each state."""
         states = self.chart.states
         return tuple(tuple(c for c in s.children if states[c].is_history) for s in states)
 
     @cached_property
     def defaults(self) -> tuple[tuple[int, ...], ...]:
-        """By state: its initial transition and the defaults of its histories, if with content."""
+        """For each state its initial transition and its histories' defaults that have content."""
         states, transitions = self.chart.states, self.chart.transitions
         found = []
         for state in states:
@@ -120,43 +121,44 @@ class Regions:
         return tuple(state.index for state in self.chart.states if state.is_history)
 
     def descendants(self, state: int) -> tuple[int, ...]:
-        """Return all states below a state, without histories."""
+        """Return all descendants of a state, without histories."""
         states, last = self.chart.states, self.ends[state]
         return tuple(s for s in range(state + 1, last + 1) if not states[s].is_history)
 
     def numbers_within(self, region: int, first: int, last: int) -> tuple[int, ...]:
-        """Return the states of a region whose numbers lie between two."""
+        """Return the states of a region whose numbers lie in a range."""
         return tuple(state for state in self.regions[region].states if first <= state <= last)
 
     def is_below(self, state: int, ancestor: int) -> bool:
-        """Whether a state lies in another."""
+        """Whether a state is a descendant of another."""
         return ancestor < state <= self.ends[ancestor]
 
     def meeting(self, one: int, other: int) -> int:
-        """Return the innermost state that is or holds both of two states."""
+        """Return the innermost state that is or contains both states."""
         around = (s for s in self.chains[one] if s <= other <= self.ends[s])
         return next(around, 0)
 
     def are_orthogonal(self, one: int, other: int) -> bool:
-        """Whether two states lie in different regions of one parallel state."""
+        """Whether two states are in different regions of one parallel state."""
         meeting = self.meeting(one, other)
         return meeting not in (one, other) and self.chart.states[meeting].kind is Kind.PARALLEL
 
     def are_exclusive(self, one: int, other: int) -> bool:
-        """Whether two states lie in one region, neither in the other: one is active at most."""
+        """Whether two states of one region exclude each other: neither contains the other."""
         if self.region_of[one] != self.region_of[other]:
             return False
         first, second = sorted((one, other))
         return second > self.last_below[first]
 
     def last_region(self, state: int) -> int:
-        """Return the last region that lies in a state, or the state's own."""
+        """Return the last region within a state, or the state's own region."""
         return bisect_right(self.regions, self.ends[state], key=lambda region: region.top) - 1
 
     def finals(self, state: int) -> tuple[tuple[int, ...], ...]:
-        """Return the final states by compound region of which one each must be active.
+        """Return for each compound region its final states, one of which must be active.
 
-        Appendix D, isInFinalState. A region without any has an empty entry: it never is.
+        See Appendix D, isInFinalState. A region without final states has an empty entry, so the
+        condition never holds.
         """
         states = self.chart.states
         if states[state].kind is Kind.PARALLEL:
@@ -173,7 +175,7 @@ class Regions:
 
     @cached_property
     def recorded_regions(self) -> tuple[tuple[int, ...], ...]:
-        """By state: of a history the regions whose numbers it records, its parent's own first."""
+        """For each history the regions whose numbers it records, its parent's own first."""
         states = self.chart.states
         return tuple(self._recorded(s.index) if s.is_history else () for s in states)
 
@@ -189,16 +191,16 @@ class Regions:
 
     @cached_property
     def forgotten(self) -> tuple[tuple[int, ...], ...]:
-        """By state: those of its histories that hold nothing while it is active."""
+        """For each state its histories that are empty while it is active."""
         return forgotten_histories(self.chart)
 
     def is_forgotten(self, history: int) -> bool:
-        """Whether a history holds nothing while its parent is active."""
+        """Whether a history is empty while its parent is active."""
         return history in self.forgotten[self.parents[history]]
 
     @cached_property
     def shared_deferral(self) -> tuple[frozenset[int], ...]:
-        """By state: the events it defers that regions below it may answer."""
+        """For each state its deferred events that regions below it may handle."""
         return shared_deferral(self.chart)
 
 

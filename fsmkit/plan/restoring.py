@@ -1,4 +1,4 @@
-"""The states that a recorded history enters: by the number of each region, or by sets of states."""
+"""The entries of a recorded history: by the number of each region, or by sets of states."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Restored:
 
 
 def resumed(plan: Regions, restore: Restore) -> tuple[Resume, ...]:
-    """Return what a history enters, by the numbers that it recorded."""
+    """Return the entries of a history, by the numbers that it recorded."""
     history, below = restore.history, restore.below
     if plan.chart.states[history].kind is Kind.SHALLOW_HISTORY:
         cases = ((child, entry_by_default(plan.chart, child)) for child in plan.substates[below])
@@ -35,7 +35,7 @@ def resumed(plan: Regions, restore: Restore) -> tuple[Resume, ...]:
 
 
 def _region(plan: Regions, history: int, region: Region, below: int) -> Resume:
-    """Return what is entered of a region, strictly below a state of it, or all for 0."""
+    """Return the entries of a region, strictly below one of its states; all for 0."""
     cases: list[tuple[int, Ops]] = []
     for leaf in region.states:
         is_inside = not below or below < leaf <= plan.last_below[below]
@@ -49,7 +49,7 @@ def _region(plan: Regions, history: int, region: Region, below: int) -> Resume:
 
 
 def restored_regions(plan: Regions, restore: Restore) -> list[tuple[int, int]]:
-    """Return the regions that a deep history restores, each with the state before the first."""
+    """Return the regions that a deep history restores, each with the state before its first."""
     below, found = restore.below, []
     for region in plan.recorded_regions[restore.history]:
         top = plan.regions[region].top
@@ -61,7 +61,7 @@ def restored_regions(plan: Regions, restore: Restore) -> list[tuple[int, int]]:
 
 
 def restored(plan: Regions, restore: Restore) -> Restored:
-    """Return what a deep history enters, as sets of states."""
+    """Return the entries of a deep history, as sets of states."""
     inside = plan.descendants(restore.below)
     sure = _sure(plan, restore)
     deeper = ((state, plan.descendants(state)) for state in inside if state not in sure)
@@ -69,7 +69,7 @@ def restored(plan: Regions, restore: Restore) -> Restored:
 
 
 def _sure(plan: Regions, restore: Restore) -> frozenset[int]:
-    """Return the composite regions that were active if anything was recorded."""
+    """Return the composite states that were active if the history is recorded."""
     if plan.parents[restore.history] != restore.below:
         return frozenset()
     found, todo = set(), [restore.below]

@@ -22,15 +22,15 @@ from fsmkit.plan.regions import Region, Regions
 
 
 class Concurrency(Enum):
-    """How the transitions on an event can be taken."""
+    """How many transitions one event can take, and whether they interact."""
 
     NONE = auto()
     SINGLE_REGION = auto()
-    """At most one; all start in one region."""
+    """At most one transition; all sources are in one region."""
     INDEPENDENT = auto()
-    """Several at once, each within a region of its own."""
+    """Several transitions, each within a region of its own."""
     PREEMPTING = auto()
-    """They may preempt each other."""
+    """Transitions that may preempt each other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,17 +41,17 @@ class Defer:
 Candidate = Transition | Defer
 Candidates = tuple[Candidate, ...]
 Groups = list[tuple[list[int], Candidates]]
-"""States, and what is tried in each of them."""
+"""States, and the candidates in each of them."""
 DEFER = Defer()
 MANY = 60
-"""Sources in several regions are compared with each other only if they are fewer."""
+"""The number of sources in several regions from which on they are not compared in pairs."""
 
 
 @dataclass(frozen=True)
 class Selection:
     """The candidates of a chart.
 
-    ``is_uniform``: all are selected in the same way, as those that may preempt each other.
+    ``is_uniform``: all are selected by the general algorithm, as if they may preempt each other.
     """
 
     plan: Regions
@@ -72,7 +72,7 @@ class Selection:
 
     @cached_property
     def _own(self) -> dict[int | None, dict[int, list[Candidate]]]:
-        """By event, None for eventless transitions, and state: what the state tries."""
+        """The candidates of each state by event; None for eventless transitions."""
         found: dict[int | None, dict[int, list[Candidate]]] = {}
         for state in self.plan.chart.states:
             for transition in map(self.plan.chart.transitions.__getitem__, state.transitions):
@@ -83,14 +83,14 @@ class Selection:
         return found
 
     def candidates_of(self, state: int, event: int | None) -> Candidates:
-        """Return what one state tries for an event, up to what is sure to be taken.
+        """Return a state's own candidates for an event, up to the first certain one.
 
-        For no event, its eventless transitions.
+        For None, return its eventless transitions.
         """
         return _open(self._own.get(event, {}).get(state, ()))
 
     def candidates(self, leaf: int, event: int | None) -> Candidates:
-        """Return what is tried from an atomic state outward, up to what is sure to be taken."""
+        """Return the candidates of an atomic state and its ancestors, to the first certain one."""
         found: list[Candidate] = []
         own = self._own.get(event, {})
         for state in (*self.plan.chains[leaf], 0):
@@ -101,12 +101,12 @@ class Selection:
         return tuple(found)
 
     def by_state(self, event: int | None) -> Groups:
-        """Return what each state tries, inner ones before outer ones: only one path is active."""
+        """Return the candidates of each state, descendants first: only one path is active."""
         states = sorted(self._own.get(event, ()), key=self._inner_first.__getitem__)
         return [([state], self.candidates_of(state, event)) for state in states]
 
     def by_leaf(self, event: int | None) -> Groups:
-        """Return what is tried from each atomic state outward, alike neighbours together."""
+        """Return the candidates of each atomic state and its ancestors, with equal ones joined."""
         groups: Groups = []
         for leaf in self._leaves_below(self._own.get(event, ())):
             tried = self.candidates(leaf, event)
@@ -121,7 +121,7 @@ class Selection:
         return [state.index for state in self.plan.chart.states if state.is_leaf]
 
     def _leaves_below(self, states: Iterable[int]) -> list[int]:
-        """Return the atomic states that are among some states or below them, in document order."""
+        """Return the atomic states among some states and their descendants, in document order."""
         found: list[int] = []
         end = 0
         for state in sorted(states):
@@ -133,7 +133,7 @@ class Selection:
 
     @cached_property
     def _inner_first(self) -> tuple[int, ...]:
-        """By state: its place where each state follows those below it."""
+        """The position of each state in an order in which descendants precede their ancestors."""
         ends = self.plan.ends
         order = sorted(range(len(ends)), key=lambda state: (ends[state], -state))
         places = [0] * len(order)
@@ -162,7 +162,7 @@ class Selection:
         return kept
 
     def chain(self, trigger: Trigger) -> Chain:
-        """Return which states are tried, each with the next one around it."""
+        """Return the states with candidates, each with its next ancestor that has any."""
         needed = self._needed(trigger)
         first, links = [0] * len(self.plan.parents), []
         for state in self.plan.chart.states[1:]:
@@ -174,7 +174,7 @@ class Selection:
         return Chain(tuple(first), tuple(links))
 
     def _needed(self, trigger: Trigger) -> frozenset[int]:
-        """Return the states that are tried while a state at or below them is active."""
+        """Return the states whose candidates are tried while a state at or below them is active."""
         needed: set[int] = set()
         is_event = trigger is Trigger.EVENT
         for leaf in self._leaves:
@@ -189,14 +189,14 @@ class Selection:
         return frozenset(needed)
 
     def can_stop_below(self, state: int, event: int) -> bool:
-        """Whether a guard of a state below, which is tried before, can stop the machine."""
+        """Whether an earlier guard of a descendant can stop the machine."""
         sources = self._stopping.get(event, ())
         first = bisect_left(sources, state + 1)
         return first < len(sources) and sources[first] <= self.plan.ends[state]
 
     @cached_property
     def _stopping(self) -> dict[int, list[int]]:
-        """By event: the sources of transitions whose guards can stop the machine."""
+        """For each event the sources of transitions whose guards can stop the machine."""
         return {
             event: sorted(t.source for t in found if t.guard is not None and can_stop(t.guard))
             for event, found in self.by_event.items()
@@ -206,18 +206,18 @@ class Selection:
 
     @cached_property
     def deferred(self) -> frozenset[int]:
-        """Events that some state defers: that is found out together with what they enable."""
+        """The events that some state defers, which the selection has to detect."""
         return frozenset(e for state in self.plan.chart.states for e in state.defer)
 
     def deferred_by(self, state: int) -> tuple[int, ...]:
-        """Return the events that a state is sure to defer when it is reached."""
+        """Return the events that a state defers unconditionally when it is reached."""
         shared = self.plan.shared_deferral[state]
         return tuple(e for e in self.plan.chart.states[state].defer if e not in shared)
 
     def answers_instead(self, event: int) -> list[tuple[int, list[int]]]:
-        """Return the states that defer an event which regions below them may answer instead.
+        """Return the states that defer an event which regions below them may handle.
 
-        With the transitions on it that begin there or below.
+        Each comes with the transitions on it at or below these regions.
         """
         states = [s for s, events in enumerate(self.plan.shared_deferral) if event in events]
         return [
@@ -236,7 +236,7 @@ class Selection:
 
     @cached_property
     def eventless(self) -> Concurrency:
-        """How eventless transitions are taken."""
+        """The concurrency of eventless transitions."""
         found = self._concurrency(
             [t for t in self.plan.chart.transitions if t.trigger is Trigger.EVENTLESS]
         )
@@ -250,7 +250,7 @@ class Selection:
         }
 
     def concurrency(self, event: int) -> Concurrency:
-        """Return how the transitions on an event are taken."""
+        """Return the concurrency of the transitions on an event."""
         otherwise = Concurrency.PREEMPTING if event in self.deferred else Concurrency.NONE
         return self._by_event.get(event, otherwise)
 
@@ -267,15 +267,15 @@ class Selection:
         return Concurrency.INDEPENDENT
 
     def regions(self, transitions: Iterable[Transition]) -> list[int]:
-        """Return the regions in which transitions begin."""
+        """Return the regions with the sources of transitions."""
         return sorted({self.plan.region_of[t.source] for t in transitions})
 
     def are_nested(self, regions: Iterable[int]) -> bool:
-        """Whether one of some regions lies in another."""
+        """Whether one of some regions is within another."""
         return any(not self._around(region).isdisjoint(regions) for region in regions)
 
     def _around(self, region: int) -> frozenset[int]:
-        """Return the regions in which a region lies."""
+        """Return the regions that contain a region."""
         chain = (*self.plan.chains[self.plan.regions[region].top], 0)
         return frozenset(self.plan.region_of[a] for a in chain) - {region}
 
@@ -305,7 +305,7 @@ class Selection:
 
     @cached_property
     def is_general(self) -> bool:
-        """Whether some transitions may preempt each other, or are selected as if they did."""
+        """Whether the general algorithm selects some transitions, as these may preempt others."""
         shapes = (self.eventless, *self._by_event.values())
         is_timed = any(t.trigger is not Trigger.INITIAL for t in self.plan.chart.transitions)
         is_general = Concurrency.PREEMPTING in shapes or bool(self.deferred)
@@ -313,7 +313,7 @@ class Selection:
 
     @cached_property
     def remembered(self) -> tuple[int, ...]:
-        """The guards that are evaluated only once though several atomic states try them."""
+        """The guards that are memoized, because several atomic states try them."""
         covering: set[int] = set()
         for state in self.plan.chart.states:
             if self.plan.inner[state.index]:
@@ -340,10 +340,10 @@ class Selection:
 
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """The states that are tried, from the innermost outward.
+    """The states with candidates, from the innermost outward.
 
-    ``first``: by state, the first one that is tried while it is active, 0 for none; ``links``: each
-    that is tried, in document order, with the one that is tried next, 0 for none.
+    ``first``: for each state the first such state at or above it, 0 for none; ``links``: these
+    states in document order, each with the next one above it, 0 for none.
     """
 
     first: tuple[int, ...]
@@ -351,12 +351,12 @@ class Chain:
 
 
 def is_sure(candidate: Candidate) -> bool:
-    """Whether the search ends at a candidate: it has no guard, or the event is deferred."""
+    """Whether the search always ends at a candidate: it has no guard, or defers the event."""
     return isinstance(candidate, Defer) or candidate.guard is None
 
 
 def is_pure(transition: Transition) -> bool:
-    """Whether a guard cannot fail and changes nothing."""
+    """Whether a guard can neither fail nor have a side effect."""
     guard = transition.guard
     return guard is None or not (can_fail(guard) or has_effect(guard))
 
@@ -369,6 +369,6 @@ def _causes(transition: Transition) -> tuple[int | None, ...]:
 
 
 def _open(candidates: Sequence[Candidate]) -> Candidates:
-    """Return candidates up to the first that is sure to be taken."""
+    """Return candidates up to the first certain one."""
     closing = (place for place, each in enumerate(candidates) if is_sure(each))
     return tuple(candidates[: next(closing, len(candidates)) + 1])

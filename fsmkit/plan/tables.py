@@ -35,7 +35,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Skip:
-    """Skip codes of a path."""
+    """Skip codes of a path unconditionally."""
 
     count: int
 
@@ -52,7 +52,10 @@ class SkipUnless:
 
 @dataclass(frozen=True, slots=True)
 class EnterRecorded:
-    """Enter what a deep history recorded of some regions; with each the state before the first."""
+    """Enter the states that a deep history recorded of some regions.
+
+    Each region comes with the state before its first.
+    """
 
     history: int
     regions: tuple[tuple[int, int], ...]
@@ -62,7 +65,7 @@ Special = Content | Skip | SkipUnless | EnterRecorded
 
 
 class Paths:
-    """The paths of a machine, one after the other; a path may be the end of another."""
+    """The paths of a machine in sequence; a path may be the end of another."""
 
     def __init__(self, plan: Plan) -> None:
         """Create no paths."""

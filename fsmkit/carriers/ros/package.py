@@ -127,7 +127,7 @@ def _host(node: Node) -> str:
             if index not in ports:
                 event = chart.events[index]
                 stub(out, names, f"send_{names.event_names[index]}", event.fields, None)
-    for name, part, fields in printer.told():
+    for name, part, fields in printer.host_functions():
         values = parameters(fields, part.names)
         with out.function(f"void {name}({node.prefix} *s{values})"):
             out.line("(void)s;")

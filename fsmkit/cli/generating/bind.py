@@ -17,10 +17,10 @@ from fsmkit.cli.common.writing import write_files
 from fsmkit.codegen.c.compiler import find_compiler
 from fsmkit.codegen.c.generate import machine_of
 from fsmkit.codegen.existing_c.checks import check_binding
-from fsmkit.codegen.existing_c.headers.folders import asked
+from fsmkit.codegen.existing_c.headers.folders import compiler_of
 from fsmkit.codegen.existing_c.headers.model import Constant, Enumeration, Function, Header, Struct
 from fsmkit.codegen.existing_c.headers.parsing import read_header
-from fsmkit.codegen.existing_c.headers.propose import offers, proposed, refusals
+from fsmkit.codegen.existing_c.headers.propose import offers, proposed, rejections
 from fsmkit.codegen.existing_c.headers.writing import binding_text
 from fsmkit.codegen.existing_c.reader import SUFFIXES, beside, binding_of_text
 from fsmkit.diagnostics import Findings, Severity, fail
@@ -81,13 +81,13 @@ def command(
             help="run it without `--write` and copy what you need, or remove the file",
         )
     command = find_compiler()
-    compiler = asked(command, options)
+    compiler = compiler_of(command, options)
     found = read_header(header, compiler, options)
     proposal = proposed(chart, found)
     include = include_of(header, options, compiler.folders)
-    refused = [] if write else list(refusals(found))
+    rejected = [] if write else list(rejections(found))
     offered = [] if write else list(offers(chart, found, proposal))
-    text = binding_text(plain(chart.name), file.name, [include], proposal, offered, refused)
+    text = binding_text(plain(chart.name), file.name, [include], proposal, offered, rejected)
     own = Findings()
     check_binding(binding_of_text(text, str(path), own), chart, own)
     own.stop_on_errors()

@@ -16,7 +16,7 @@ def print_allowed(out: Unit, names: Names) -> None:
     p = names.own
     out.define("is_allowed")
     out.line("#ifdef FSM_CHECKED")
-    out.line("/* Whether an event is known, and each value that it carries one of its type. */")
+    out.line("/* Whether an event is known and its payload is within the declared types. */")
     out.line(f"static bool {p}_is_allowed(const {p}_event *e)")
     known = f"return e->event > 0u && e->event < {names.own_upper}_EVENTS;"
     tested = []

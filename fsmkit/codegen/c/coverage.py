@@ -41,9 +41,9 @@ def print_declarations(out: Emitter, names: Names) -> None:
     """Print the declarations of the counters for the header."""
     p = names.prefix
     out.text(f"""
-    /* What tests reached, for `fsmkit coverage --add`: so many bytes of RAM, one area for all
-     * machines of this type. The first writes it, then that of each machine in a slot; the second
-     * forgets all that. See fsm_coverage.h. */
+    /* Coverage counters for `fsmkit coverage --add`, in one area of RAM for all
+     * machines of this type. The first function writes it, then those of machines in slots;
+     * the second clears them. See fsm_coverage.h. */
     #define {names.upper}_COVERAGE_BYTES {area_of(names.chart).size}u
     void {p}_coverage(fsm_write write, void *arg);
     void {p}_coverage_clear(void);

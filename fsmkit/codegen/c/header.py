@@ -255,31 +255,31 @@ def _functions(out: Emitter, names: Names) -> None:
             _print_posts(out, names, bare)
         out.line()
     if names.does.runs:
-        what = "posted events in order, then timers that are due"
+        what = "posted events in order, then expired timers"
         if not names.does.queued:
-            what = "eventless transitions whose inputs have changed, timers that are due"
+            what = "eventless transitions whose inputs have changed, then expired timers"
         out.text(f"""
-        /* Do all that is to be done until now: {what}. */
+        /* Run until now: {what}. */
         void {p}_run({p} *m, uint32_t now);
         """)
         out.line()
     out.text(f"""
-    /* Process one event at once, ahead of the queue; what it replied is in m->fsm.reply. */
+    /* Process one event immediately, ahead of the queue; the reply is in m->fsm.reply. */
     fsm_result {p}_dispatch({p} *m, const {p}_event *e, uint32_t now);
     """)
     out.line()
     if names.options.extras - {"coverage"}:
         out.text(f"""
-        /* In {p}_info.c: what the machine is, for what drives any machine. See fsm_info.h. */
+        /* In {p}_info.c: the description of the machine, for tools. See fsm_info.h. */
         extern const struct fsm_machine_info {p}_info;
         extern const struct fsm_driver {p}_driver;
         """)
         out.line()
     if "save" in names.options.extras:
         out.text(f"""
-        /* In {p}_info.c. Write the machine to {names.upper}_SAVED_BYTES bytes, timers with the time
-         * they have left; false from within a step. And the reverse, into a machine that was made
-         * with {p}_init: bytes that are refused leave it as it is, or as that made it. */
+        /* In {p}_info.c. Save the machine to {names.upper}_SAVED_BYTES bytes, timers with their
+         * remaining time; false within a step. Restore a machine that was initialized
+         * by {p}_init; rejected bytes leave it unchanged, or as {p}_init left it. */
         bool {p}_save(const {p} *m, uint32_t now, uint8_t *bytes);
         fsm_restored {p}_restore({p} *m, uint32_t now, const uint8_t *bytes, size_t size);
         """)
@@ -289,8 +289,8 @@ def _functions(out: Emitter, names: Names) -> None:
 def _invoked_functions(out: Emitter, names: Names) -> None:
     p = names.prefix
     out.text(f"""
-    /* For the machine that holds this one: make it; start it with the data that it has by then;
-     * give it an event, false if the queue is full; end it. */
+    /* For the machine that holds this one: initialize it; start it with its current data;
+     * post an event, false if the queue is full; end it. */
     void {p}_init({p} *m);
     void {p}_start_given({p} *m, uint32_t now);
     bool {p}_post({p} *m, const {p}_event *e);
@@ -299,7 +299,7 @@ def _invoked_functions(out: Emitter, names: Names) -> None:
     if "to_invoker" in names.used:
         out.line()
         out.text(f"""
-        /* What that one does with an event that it gets from here; false if its queue is full. */
+        /* Implemented by that machine: receive an event; false if its queue is full. */
         bool {p}_return({p} *m, const {p}_event *e);
         """)
     out.line()
@@ -311,18 +311,18 @@ def _questions(out: Emitter, names: Names) -> None:
     if names.is_invoked:
         steps = "Single steps"
     out.text(f"""
-    /* When the first timer is due; false if none is armed. */
+    /* Store the first timer's deadline; false if no timer is armed. */
     bool {p}_next_deadline(const {p} *m, uint32_t *deadline);
 
-    /* Whether a state is active. Whether the machine came to its end, or why it stopped. */
+    /* Whether a state is active. Whether the machine has finished, or why it stopped. */
     bool {p}_in(const {p} *m, {p}_state state);
     bool {p}_finished(const {p} *m);
     fsm_fault {p}_fault(const {p} *m);
 
-    /* The active atomic states in document order, at most `room`; returns how many there are. */
+    /* Store the active atomic states in document order, at most `room`; return their number. */
     uint16_t {p}_active(const {p} *m, {p}_state *states, uint16_t room);
 
-    /* {steps}; false if there was nothing to do.
+    /* {steps}; false without an effect.
      * {p}_step_timer fires the first timer at its deadline, whatever the time is. */
     bool {p}_step_timer({p} *m);
     """)

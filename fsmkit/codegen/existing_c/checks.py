@@ -1,4 +1,4 @@
-"""Whether a binding fits its chart: each name is there, and what it is can be bound."""
+"""Checks of a binding against its chart: every name exists, and its type can be bound."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ VALUE = "value"
 
 
 def check_binding(binding: Binding, chart: Chart, findings: Findings) -> None:
-    """Report what of a binding does not fit its chart, and as a note what it leaves to the host."""
+    """Report the errors of a binding for a chart, and as a note the names that it omits."""
     _check_chart(binding, chart, findings)
     checker = _Checker(binding, chart, findings)
     checker.constants()
@@ -46,7 +46,7 @@ def _check_chart(binding: Binding, chart: Chart, findings: Findings) -> None:
     if not os.path.exists(named):  # noqa: PTH110
         findings.add(
             "broken-binding", f"there is no chart `{binding.chart}`", binding.chart,
-            help="the path begins at the folder of the binding",
+            help="the path is relative to the folder of the binding",
         )  # fmt: skip
     elif files and os.path.realpath(named) != os.path.realpath(files[0]):
         findings.add(
@@ -168,7 +168,7 @@ class _Checker:
                 self._unknown(bound.name, "event that leaves the machine", self.sent)
 
     def _records(self, bound: Bound, fields: tuple[lang.Field, ...]) -> None:
-        """Refuse parameters that cannot be made what a bound type is."""
+        """Reject parameters that cannot be converted to a bound type."""
         for field in fields:
             if field.name in bound.expression.names and _is_table_of_bound(
                 field.type, self.binding
@@ -268,8 +268,8 @@ class _Checker:
             help=suggest(name.value, names, otherwise),
         )  # fmt: skip
 
-    def _unfit(self, at: Text, message: str, way_out: str) -> None:
-        self.findings.add("unfit-binding", message, at, help=way_out)
+    def _unfit(self, at: Text, message: str, advice: str) -> None:
+        self.findings.add("unfit-binding", message, at, help=advice)
 
     def _once(self, text: str, bound: Bound, first: dict[str, Bound], what: str) -> None:
         other = first.setdefault("".join(text.split()), bound)
@@ -292,12 +292,12 @@ class _Checker:
 
 
 def parameters(fields: tuple[lang.Field, ...]) -> set[str]:
-    """Return the names that stand for the values of fields."""
+    """Return the names of the values of fields in an expression."""
     return {plain(field.name) for field in fields}
 
 
 def nameable(chart: Chart) -> dict[str, frozenset[str]]:
-    """Return what of a chart has a name in C that can be chosen, by kind."""
+    """Return the names of a chart that a binding can choose, by kind."""
     enumerations = [t for t in chart.types if isinstance(t, lang.EnumType)]
     records = [t for t in chart.types if isinstance(t, lang.RecordType)]
     fields = [field for record in records for field in record.fields]
@@ -320,12 +320,12 @@ def nameable(chart: Chart) -> dict[str, frozenset[str]]:
 
 
 def is_scalar(type_: lang.Type) -> bool:
-    """Whether a value is one number that both sides have: no string, array or record."""
+    """Whether a value is a single number on both sides, no string, array or record."""
     return not isinstance(type_, lang.ArrayType | lang.RecordType | lang.SymbolType)
 
 
 def is_flat(type_: lang.Type) -> bool:
-    """Whether a field can be copied to one of a type of C: a number, or an array of numbers."""
+    """Whether a field can be copied to a C field: a number, or an array of numbers."""
     return is_scalar(type_.element if isinstance(type_, lang.ArrayType) else type_)
 
 

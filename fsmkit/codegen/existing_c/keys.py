@@ -1,4 +1,4 @@
-"""The keys of a binding, in tables: the reader and the JSON Schema go by them."""
+"""The keys of a binding, as tables for the reader and the JSON Schema."""
 
 from __future__ import annotations
 
@@ -45,4 +45,4 @@ KINDS = (
     "constant",
     "field",
 )
-"""What `names` can name."""
+"""The kinds of names under `names`."""

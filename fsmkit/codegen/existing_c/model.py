@@ -1,4 +1,4 @@
-"""A binding as its file has it: what names of a chart are in the headers of a host."""
+"""A binding as in its file: the names of a chart in a host's headers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fsmkit.diagnostics import Span, Text
 
 
 class Exports(Enum):
-    """How the constants of a chart stand in the header of its machine."""
+    """The form of a chart's constants in the header of its machine."""
 
     DEFINE = "define"
     ENUM = "enum"
@@ -20,9 +20,9 @@ class Exports(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What expressions call ``ctx``: a pointer to ``type``.
+    """The expressions' variable ``ctx``: a pointer to ``type``.
 
-    It is found by the ``member`` of that type that the machine is, or is an ``expression`` of the
+    Its value is the struct of that type with the machine as ``member``, or an ``expression`` of the
     machine ``m``.
     """
 
@@ -34,10 +34,10 @@ class Context:
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """A name of the chart and the expression that it is in C.
+    """A name of the chart and its expression in C.
 
-    ``is_trusted``: a value that it gives is not tested against the range of the chart.
-    ``is_setter``: of an output: it is evaluated with ``value``, not assigned to.
+    ``is_trusted``: its values are not checked against the range of the chart. ``is_setter``: for an
+    output, the expression is evaluated with ``value`` instead of being assigned to.
     """
 
     name: Text
@@ -56,7 +56,7 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class BoundType:
-    """An enumeration or a record of the chart, and the type of C that it is."""
+    """An enumeration or a record of the chart, and its C type."""
 
     name: Text
     type: str
@@ -66,7 +66,7 @@ class BoundType:
 
 @dataclass(frozen=True, slots=True)
 class ChosenName:
-    """What something of the chart is to be called in generated C."""
+    """A chosen name in generated C."""
 
     kind: str
     name: str
@@ -78,7 +78,7 @@ class ChosenName:
 class Binding:
     """A binding with those it extends: the nearest entry for a name counts.
 
-    ``includes``: as they follow ``#include``, with quotes or angle brackets. ``names``: by kind
+    ``includes``: the arguments of ``#include``, with quotes or angle brackets. ``names``: by kind
     and name.
     """
 
@@ -98,6 +98,6 @@ class Binding:
     extends: Text | None = None
 
     def chosen(self, kind: str, name: str) -> str | None:
-        """Return how something is to be called; None where nothing is said."""
+        """Return the chosen name of an item, or None."""
         found = self.names.get((kind, name))
         return None if found is None else found.text

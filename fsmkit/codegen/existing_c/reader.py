@@ -1,4 +1,4 @@
-"""Reads `charger.c.yaml`: what a chart is in existing C."""
+"""Reads `charger.c.yaml`, the binding of a chart to existing C."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from fsmkit.yaml.encoding import decode
 from fsmkit.yaml.nodes import Mapping as Entries
 
 SUFFIXES = (".c.yaml", ".c.yml")
-"""What the names of bindings end with."""
+"""The suffixes of binding files."""
 HEADER = re.compile(r"<[\w./+@ -]+>|[\w./+@ -]+", re.ASCII)
 TYPE = re.compile(r"[A-Za-z_]\w*(\s+[A-Za-z_]\w*)*", re.ASCII)
 MEMBER = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*|\[\d+\])*", re.ASCII)
@@ -38,26 +38,26 @@ EXAMPLE = "write `binding: Charger` and `chart: charger.yaml`"
 
 
 def beside(chart: File) -> File | None:
-    """Return the binding that lies beside a chart by its name, if there is one."""
+    """Return the binding beside a chart with the chart's name, if it exists."""
     found = (chart.with_name(chart.stem + suffix) for suffix in SUFFIXES)
     return next((path for path in found if is_file(path)), None)
 
 
 def read_binding(path: File, findings: Findings) -> Binding:
-    """Return the binding of a file, with all that those it extends say.
+    """Return the binding of a file, including the bindings that it extends.
 
     Raises:
-        FsmkitError: With every finding, where it cannot be used.
+        FsmkitError: With every finding, if it is not valid.
 
     """
     return _read(path, findings, None, ())
 
 
 def binding_of_text(text: str, name: str, findings: Findings) -> Binding:
-    """Return the binding of a text that extends none; ``name``: of its file.
+    """Return the binding of a text that extends no other; ``name``: the name of its file.
 
     Raises:
-        FsmkitError: With every finding, where it is none.
+        FsmkitError: With every finding, if it is not valid.
 
     """
     root = nodes.read_nodes(Source(name, text), findings)
@@ -95,7 +95,7 @@ def _read(path: File, findings: Findings, at: Text | None, readers: tuple[str, .
 
 
 def _merged(own: Binding, base: Binding) -> Binding:
-    """Return a binding with what its base says and it does not."""
+    """Return a binding with the entries of its base that it lacks."""
     return replace(
         own,
         includes=tuple(dict.fromkeys((*base.includes, *own.includes))),
@@ -142,7 +142,7 @@ def _binding(root: nodes.Node, findings: Findings) -> Binding | None:
 
 
 class _Reader:
-    """Reads the parts of a binding; what is wrong reads as absent, after a finding."""
+    """Reads the parts of a binding; an invalid part counts as missing, after a finding."""
 
     def __init__(self, findings: Findings) -> None:
         self.findings = findings
@@ -181,7 +181,7 @@ class _Reader:
     def bound(
         self, node: nodes.Node | None, what: str, record: Keys | None = None, key: str = ""
     ) -> Mapping[str, Bound]:
-        """Return expressions by name; ``record``: the keys of an entry that is more than one."""
+        """Return expressions by name; ``record``: the keys of an entry with several parts."""
         found = {}
         for name, value in nodes.entries_of(node, f"`{what}`", self.findings):
             is_trusted = False

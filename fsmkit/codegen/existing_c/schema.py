@@ -12,7 +12,7 @@ from fsmkit.document.keys import Keys
 Schema = dict[str, Any]
 
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
-"""Nothing is resolved, so whatever YAML takes for a number or `null` is a text too."""
+"""The schema of a text: YAML scalars are not resolved, so numbers and `null` are texts, too."""
 TABLE: Schema = {"type": ["object", "null"], "additionalProperties": TEXT}
 
 

@@ -1,7 +1,7 @@
-"""Expressions of C as tokens: enough to see that a text is one expression and no more.
+"""C expressions as tokens, to verify that a text is exactly one expression.
 
-The C compiler reads them, later; here a text is refused that could be anything but part of one
-expression: statements, blocks, directives, comments, and brackets without a partner (C99 6.4).
+The C compiler reads the expressions later. Here a text is rejected if it could be anything but a
+part of one expression: statements, blocks, directives, comments, and unbalanced brackets (C99 6.4).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TOKEN = re.compile(
     re.VERBOSE | re.ASCII,
 )
 CLOSING = {"(": ")", "[": "]"}
-REFUSED = {
+REJECTED = {
     ";": "ends a statement",
     "{": "begins a block",
     "}": "ends a block",
@@ -37,14 +37,14 @@ _STATEMENTS = """
     __extension__ __attribute__ __declspec _Pragma __pragma
     """
 STATEMENTS = frozenset(_STATEMENTS.split())
-"""Words that stand in no expression, or lead out of one."""
+"""Words that no expression contains, or that leave one."""
 TRAPS = re.compile(r"//|/\*|\?\?|<%|%>|<:|:>|%:")
-"""What a compiler reads as a comment, as a trigraph or as a digraph (C99 5.2.1.1, 6.4.6)."""
+"""The starts of comments, trigraphs and digraphs (C99 5.2.1.1, 6.4.6)."""
 SELECTORS = (".", "->")
 
 
 class Sort(Enum):
-    """What a token is."""
+    """The kinds of tokens."""
 
     WORD = "word"
     OTHER = "other"
@@ -53,7 +53,7 @@ class Sort(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A token as it stands in C; all white space is one blank."""
+    """A token as in C; all white space is one blank."""
 
     text: str
     sort: Sort
@@ -61,24 +61,24 @@ class Token:
 
 @dataclass(frozen=True, slots=True)
 class CExpression:
-    """An expression of C that a binding holds; only `read_expression` makes one."""
+    """A C expression of a binding; only `read_expression` creates one."""
 
     tokens: tuple[Token, ...]
     place: Text
 
     @property
     def text(self) -> str:
-        """The expression as it stands."""
+        """The source of the expression."""
         return self.replaced({})
 
     @property
     def names(self) -> frozenset[str]:
-        """The identifiers that stand for themselves: not those behind ``.`` and ``->``."""
+        """The free identifiers: those that do not follow ``.`` or ``->``."""
         return frozenset(token.text for token, is_free in self._words() if is_free)
 
     @property
     def needs_brackets(self) -> bool:
-        """Whether it is more than an operand: a name, members, elements and calls."""
+        """Whether it is not an operand of names, members, elements and calls."""
         depth = 0
         for token in self.tokens:
             if token.text in CLOSING:
@@ -90,14 +90,14 @@ class CExpression:
         return self.tokens[0].text == "("
 
     def replaced(self, instead: Mapping[str, str]) -> str:
-        """Return the text with other identifiers in place of those that stand for themselves."""
+        """Return the text with its free identifiers replaced."""
         return "".join(
             instead.get(token.text, token.text) if is_free else token.text
             for token, is_free in self._words()
         )
 
     def operand(self, instead: Mapping[str, str]) -> str:
-        """Return the same as one operand: in brackets where they are needed."""
+        """Return the same as one operand, in brackets if necessary."""
         found = self.replaced(instead)
         return f"({found})" if self.needs_brackets else found
 
@@ -121,8 +121,8 @@ def read_expression(text: Text, findings: Findings) -> CExpression | None:
         if found is None:
             wrong = at, at + 1, f"`{text.value[at]}` begins no token of C"
             break
-        refused = _refused(found, opened)
-        wrong = None if refused is None else (*found.span(), refused)
+        reason = _rejection(found, opened)
+        wrong = None if reason is None else (*found.span(), reason)
         tokens.append(_token(found))
         at = found.end()
     if wrong is None and opened:
@@ -142,11 +142,11 @@ def read_expression(text: Text, findings: Findings) -> CExpression | None:
     return None
 
 
-def _refused(found: re.Match[str], opened: list[tuple[str, int]]) -> str | None:
-    """Return why a token cannot stand there; ``opened``: the brackets that are not closed yet."""
+def _rejection(found: re.Match[str], opened: list[tuple[str, int]]) -> str | None:
+    """Return why a token is invalid, or None; ``opened``: the stack of open brackets."""
     token = found[0]
-    if token in REFUSED:
-        return f"`{token}` {REFUSED[token]}"
+    if token in REJECTED:
+        return f"`{token}` {REJECTED[token]}"
     if found.lastgroup == "word" and token in STATEMENTS:
         return f"`{token}` stands in no expression"
     if token in CLOSING:
@@ -163,7 +163,7 @@ def _token(found: re.Match[str]) -> Token:
 
 
 def _trap(text: Text) -> tuple[int, int, str] | None:
-    """Return the first trap outside of literals; trigraphs count within them, too."""
+    """Return the first trap outside of literals; trigraphs count within literals, too."""
     quoted: list[range] = []
     at = 0
     while (token := TOKEN.match(text.value, at)) is not None:

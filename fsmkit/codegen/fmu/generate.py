@@ -1,7 +1,7 @@
-"""An FMU of a chart or a system: C, the table of variables, the description, a library if asked.
+"""An FMU of a chart or a system: C, tables, the description, and an optional library.
 
-The machines of a system are one FMU: their connections are the C of a system (`codegen.system`),
-and what is connected to nothing is the importer's.
+The machines of a system are one FMU. Their connections are the C of a system (`codegen.system`);
+unconnected ports belong to the importer.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from fsmkit.plan.image import scalars
 from fsmkit.system.system import System, part_of
 
 WRAPPER = Path(__file__).parent / "sources"
-"""The C of fsmkit that stands between FMI and a machine."""
+"""The C between FMI and a machine."""
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-w")
-"""Only the functions of FMI are seen: two FMUs in one process have others of the same names."""
+"""The compiler flags: only FMI's functions are visible, since FMUs of a process share names."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Of files in the archive, so that the same chart gives the same bytes."""
+"""The time stamp of files in the archive, so that equal charts have equal archives."""
 
 
 def report_fmu_limits(chart: Chart, findings: Findings) -> None:
-    """Say what of a chart an FMU cannot express: charts that it invokes, results with strings.
+    """Report the parts of a chart that an FMU cannot express: invoked charts, string results.
 
     Other strings have no variable, which is a warning.
     """
@@ -84,25 +84,25 @@ def _has_string(type_: Type) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Model:
-    """What an FMU is made of. ``prefix``: of the functions that drive all of it."""
+    """The model of an FMU. ``prefix``: of the functions that drive all machines."""
 
     name: str
     prefix: str
     token: str
     machines: tuple[tuple[Names, str], ...]
-    """With the member of the struct of the system; "" for a chart alone."""
+    """The machines with their members in the system's struct; "" for a single chart."""
     joined: tuple[Joined, ...]
     files: Mapping[str, str]
     figures: Mapping[str, int]
 
     @property
     def is_system(self) -> bool:
-        """Whether there is a struct around the machines."""
+        """Whether a system's struct contains the machines."""
         return any(member for _, member in self.machines)
 
     @property
     def names(self) -> tuple[tuple[Names, Joined], ...]:
-        """The names of each chart, once, with what is connected of its machines."""
+        """The names of each distinct chart, with the connected ports of its machines."""
         once = {
             names.prefix: (names, joined)
             for (names, _), joined in zip(self.machines, self.joined, strict=True)
@@ -113,7 +113,7 @@ class _Model:
 def generate(
     chart: Chart, version: str, prefix: str | None, *, with_binary: bool
 ) -> tuple[str, bytes, dict[str, int]]:
-    """Return the name of an FMU of a chart, its bytes and its figures."""
+    """Return the name of a chart's FMU, its archive and its figures."""
     machine = generate_machine(chart, prefix, Options(extras=frozenset({"info"})))
     name = _identifier(prefix or chart.name, machine.names.prefix)
     token = fingerprint(chart)[:32]
@@ -133,7 +133,7 @@ def generate(
 def generate_system(
     system: System, version: str, findings: Findings, *, with_binary: bool
 ) -> tuple[str, bytes, dict[str, int]] | None:
-    """Return the same of a system; None after saying what of it cannot be joined."""
+    """Return the same for a system, or None after reporting why it cannot be joined."""
     charts = named_charts(system)
     options = Options(extras=frozenset({"info"}))
     made = {chart.name: generate_machine(chart, None, options) for chart in dict.fromkeys(charts)}
@@ -171,7 +171,7 @@ def generate_system(
 
 
 def surrounded(system: System) -> System:
-    """Return what of a system is an FMU: its environment is that of the importer."""
+    """Return the part of a system that becomes the FMU: the importer is its environment."""
     own = tuple(n for n, machine in enumerate(system.machines) if not machine.environment)
     if not own:
         raise fail(
@@ -183,9 +183,9 @@ def surrounded(system: System) -> System:
 
 
 def _joined(system: System, machine: int) -> Joined:
-    """Return what of a machine the importer has nothing to do with.
+    """Return the ports of a machine that the importer does not access.
 
-    What the environment may send is the importer's, also where a connection leads to it.
+    Events that the environment may send belong to the importer, even if they are connected.
     """
     possible = {each.event for each in system.possible if each.machine == machine}
     events = {link.event for link in system.event_links if link.target == machine}
@@ -196,9 +196,9 @@ def _joined(system: System, machine: int) -> Joined:
     )
 
 
-def _identifier(wanted: str, prefix: str) -> str:
-    """Return the name of an FMU, which is one of its files and functions."""
-    return wanted if wanted.isascii() and wanted.isidentifier() else prefix
+def _identifier(name: str, prefix: str) -> str:
+    """Return the name of an FMU, which is used for a file and for functions."""
+    return name if name.isascii() and name.isidentifier() else prefix
 
 
 def _generated(
@@ -226,7 +226,7 @@ def _generated(
 
 
 def _standard_headers(digit: str) -> dict[str, str]:
-    """Return the header files of FMI 2 or 3, which the package FMPy contains."""
+    """Return the headers of FMI 2 or 3, which the package FMPy contains."""
     package = find_spec("fmpy")  # importing it would load its importer of FMUs
     folders = () if package is None else package.submodule_search_locations or ()
     for folder in folders:
@@ -342,7 +342,7 @@ def _cmake(name: str, sources: Sequence[str]) -> str:
 
 
 def _platform(version: str) -> tuple[str, str]:
-    """Return the folder of binaries for this machine, and how a library's name ends."""
+    """Return the folder of binaries for this platform, and the suffix of a library."""
     system, suffix = {
         "win32": ("windows", ".dll"),
         "darwin": ("darwin", ".dylib"),

@@ -25,10 +25,10 @@ class Fmu:
     def generate(
         self, chart: Chart, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return the FMU, or None after saying what it cannot express.
+        """Return the FMU, or None after reporting the chart's unsupported parts.
 
         Options: ``fmi``, the version, ``3.0`` or ``2.0``; ``build``, if it is ``on``, adds a
-        library for the machine that compiles; ``prefix`` replaces the chart's name in C.
+        library for this platform; ``prefix`` replaces the chart's name in C.
         """
         from fsmkit.codegen.c.naming import require_prefix
         from fsmkit.codegen.fmu.generate import generate
@@ -48,9 +48,9 @@ class Fmu:
     def generate_system(
         self, system: System, findings: Findings, options: Mapping[str, str]
     ) -> Generated | None:
-        """Return one FMU of the machines and their connections; options as of `generate`.
+        """Return one FMU of the machines and their connections; options as in `generate`.
 
-        Machines of the environment are models of what surrounds it, and left out.
+        Machines of the environment model its surroundings and are omitted.
         """
         from fsmkit.codegen.fmu.generate import generate_system, surrounded
 

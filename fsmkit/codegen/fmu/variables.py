@@ -1,4 +1,4 @@
-"""The variables of an FMU: one for each scalar of a machine, in the order of their references."""
+"""The variables of an FMU: one per scalar of a machine, in the order of their references."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ class Variable:
 
     name: str
     source: str
-    """As in ``fmu_source``."""
+    """The source, a member of ``fmu_source``."""
     type: lang.Type | None = None
     number: int = 0
     field: int = 0
     scalar: int = 0
     part: int = 0
-    """The machine of a system that it belongs to."""
+    """The machine of the system that contains it."""
     causality: str = "output"
     start: object = 0
     clock: int | None = None
-    """The reference of the event or operation that it belongs to."""
+    """The reference of its event or operation."""
     items: tuple[tuple[str, int], ...] = ()
-    """Names and values of an enumeration."""
+    """The names and values of an enumeration."""
     doc: str = ""
 
     @property
     def kind(self) -> str:
-        """Return its type in FMI 3.0."""
+        """The type in FMI 3.0."""
         match self.type:
             case _ if self.items:
                 return "Enumeration"
@@ -57,7 +57,7 @@ class Variable:
 
     @property
     def kind2(self) -> str:
-        """Return its type in FMI 2.0."""
+        """The type in FMI 2.0."""
         if self.kind in ("Boolean", "Enumeration"):
             return self.kind
         if self.kind == "Clock":
@@ -69,7 +69,7 @@ class Variable:
 
     @property
     def bounds(self) -> tuple[int, int] | None:
-        """Return the least and the greatest value of a whole number; None of anything else."""
+        """The bounds of an integer variable; None for others."""
         if not self.kind.startswith(("Int", "UInt")):
             return None
         of = interval(self.type)
@@ -77,25 +77,25 @@ class Variable:
 
 
 def variables_of(chart: Chart, plan: Plan, *, with_clocks: bool) -> list[Variable]:
-    """Return the variables of a chart; their references are their places."""
+    """Return the variables of a chart; their references are their positions."""
     return _whole(_of_machine(chart, plan, Joined(), 1), with_clocks=with_clocks)
 
 
 @dataclass(frozen=True, slots=True)
 class Joined:
-    """What of a machine is connected to others, and so not to the importer."""
+    """The connected ports of a machine, which the importer does not access."""
 
     inputs: frozenset[int] = frozenset()
     events: frozenset[int] = frozenset()
-    """Those that come to it."""
+    """The events that other machines send to it."""
     ports: frozenset[int] = frozenset()
-    """Events that leave it, and after all events, operations."""
+    """The numbers of outgoing events and, counted after all events, of operations."""
 
 
 def variables_of_all(
     machines: Sequence[tuple[str, Chart, Plan, Joined]], *, with_clocks: bool
 ) -> list[Variable]:
-    """Return the variables of the machines of a system; each name begins with the machine's."""
+    """Return the variables of the machines of a system; each name starts with its machine's."""
     found: list[Variable] = []
     for part, (name, chart, plan, joined) in enumerate(machines):
         own = _of_machine(chart, plan, joined, 1 + len(found))
@@ -104,7 +104,7 @@ def variables_of_all(
 
 
 def _whole(inner: list[Variable], *, with_clocks: bool) -> list[Variable]:
-    """Return variables with the time before them, and after them when the next timer is due."""
+    """Return variables, preceded by the time and followed by the next timer's deadline."""
     found = [Variable("time", "TIME", causality="independent", start=None), *inner]
     if with_clocks:
         found.append(Variable("deadline", "DEADLINE", causality="input"))
@@ -113,7 +113,7 @@ def _whole(inner: list[Variable], *, with_clocks: bool) -> list[Variable]:
 
 
 def _of_machine(chart: Chart, plan: Plan, joined: Joined, first: int) -> list[Variable]:
-    """Return the variables of a machine; ``first``: the reference of the first of them."""
+    """Return the variables of a machine; ``first``: the reference of its first variable."""
     found: list[Variable] = []
     kinds = (("local", chart.data), ("output", chart.outputs), ("input", chart.inputs))
     numbered = ((cause, v) for cause, variables in kinds for v in variables)
@@ -182,7 +182,7 @@ def _add(
     fields: Sequence[lang.Field],
     causality: str,
 ) -> None:
-    """Add an event or an operation, and after it the scalars of its payload."""
+    """Add an event or an operation, and then the scalars of its payload."""
     clock = first + len(found)
     found.append(Variable(name, source, number=number, causality=causality))
     inner = "PARAMETER" if source == "CALL" else "FIELD"
@@ -213,7 +213,7 @@ def _typed(
 
 
 def _distinct(named: list[tuple[str, int]]) -> list[tuple[str, int]]:
-    """Return texts that an attribute of XML can hold, each once."""
+    """Return distinct texts that are valid in an XML attribute."""
     taken: set[str] = set()
     result = []
     for name, value in named:

@@ -1,4 +1,4 @@
-/* fsm_python.h: what machines that are extension modules of CPython share. Stable ABI of 3.11.
+/* fsm_python.h: the common part of machines in extension modules of CPython. Stable ABI of 3.11.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms. */
@@ -28,25 +28,25 @@
 
 enum { FSM_PY_STRINGS = 65535, FSM_PY_OPEN = -1, FSM_PY_CLOSE = -2 };
 
-/* An event: the names of its fields in Python, and what messages call these. */
+/* An event: the names of its fields in Python, and their names in messages. */
 typedef struct {
     const char *const *fields;
     const char *const *said;
 } fsm_py_event;
 
-/* A class, and the module that it is in, which is the first member: so the one leads to the other. */
+/* A class with its module as the first member, so a pointer to one converts to the other. */
 typedef struct {
     PyModuleDef module;
-    const char *type, *doc;  /* its name, with the module, and what it says of itself */
+    const char *type, *doc;  /* its name, with the module, and its docstring */
     const char *arguments;   /* of its construction, for PyArg_ParseTupleAndKeywords */
     const char *file;        /* the name of `python` in messages */
     const fsm_driver *driver;
     uint32_t saved_size; /* bytes; 0: it cannot be saved */
-    bool calls;          /* a step can call something in Python, which may raise or call the machine */
+    bool calls;          /* a step can call Python code, which may raise or call the machine */
     bool replies;
     const fsm_py_machine *const *machines; /* those in its slots, each before its holder, then its own; NULL */
     const fsm_py_event *events;
-    const char *const *host; /* the names of all that the host provides */
+    const char *const *host; /* the names of the host's methods */
     int host_count;
     PyMethodDef *methods;
     PyGetSetDef *attributes; /* variables in the order of the table, then others */
@@ -55,18 +55,18 @@ typedef struct {
     void (*restored)(void *m, uint32_t now); /* record all of a machine; NULL: it is not recorded */
 } fsm_py_class;
 
-/* What a module keeps, in each interpreter its own. */
+/* The state of a module, separate in each interpreter. */
 typedef struct {
     const fsm_py_class *of;
     PyObject *symbols; /* a list: strings by their numbers */
-    PyObject *numbers; /* a dictionary: the other way round */
+    PyObject *numbers; /* a dictionary: numbers by their strings */
     PyObject *states;  /* a dictionary: states by name */
     PyObject *events;  /* a dictionary: events by name */
     PyObject *names;   /* a tuple: names of states */
-    PyObject *calls;   /* a tuple: names of what the host provides */
+    PyObject *calls;   /* a tuple: names of the host's methods */
 } fsm_py_module;
 
-/* What every machine begins with. */
+/* The common members at the start of every machine. */
 typedef struct {
     PyObject_HEAD
     PyObject *module;
@@ -78,28 +78,28 @@ typedef struct {
     PyObject *reply;
     PyObject *log;
     PyObject *trace;
-    PyObject *parts; /* of a line that is told: a list in a list for each bracket that is open */
+    PyObject *parts; /* of a logged line: a list in a list for each open bracket */
     const char *fault;
-    jmp_buf *leave; /* the way out of a step that the host broke off */
+    jmp_buf *leave; /* the exit of a step that the host aborted */
     uint32_t now;
     uint16_t peer;
     bool busy;
     bool is_reply;
     bool after_bracket;
     char pending[32];
-    char *text; /* the line of the trace at hand */
+    char *text; /* the current line of the trace */
     size_t length;
     size_t room;
 #ifdef FSM_PY_RECORDED
     fsm_records_state recorder;
     PyObject *records;  /* a bytearray */
-    size_t recorded;    /* bytes since the call began */
-    bool has_kept;      /* a step of the call was done */
+    size_t recorded;    /* bytes since the start of the call */
+    bool has_kept;      /* the call has completed a step */
 #endif
-    uint64_t machine[]; /* then, where steps can be left, the same as it was before the step at hand */
+    uint64_t machine[]; /* then, where steps can be left, its copy from before the current step */
 } fsm_object;
 
-/* The object in which a machine lies. */
+/* The object that contains a machine. */
 static inline fsm_object *fsm_py_object(const fsm_py_machine *of, void *m)
 {
     return (fsm_object *)(void *)((char *)m - of->offset - offsetof(fsm_object, machine));
@@ -111,9 +111,9 @@ static inline void *fsm_py_kept(fsm_object *o)
 }
 
 /* ---- records ---------------------------------------------------------------------------------
- * Those that the machine at hand makes go into its own bytes. Wherever Python may have run, which can
- * step other machines, it is put in hand again. What finds no room, as someone looks into the bytes or
- * memory is short, is counted as lost. */
+ * The current machine writes its records into its own bytes. Python code can step other machines, so
+ * the current machine is set again after it. Records without room, because the bytes are exported or
+ * memory is short, are counted as lost. */
 
 #ifdef FSM_PY_RECORDED
 static inline void fsm_py_at(fsm_object *o)
@@ -189,7 +189,7 @@ static inline void fsm_py_unrecord(fsm_object *o, const fsm_py_mark *mark, uint3
 
 /* ---- leaving a step ---------------------------------------------------------------------------
  * An exception cannot pass through the generated C, which holds nothing but its struct: the step is
- * left as it is, and whoever began it puts the struct back. */
+ * left as it is, and the caller of the step restores the struct. */
 
 FSM_PY_MAYBE void fsm_py_break(fsm_object *o)
 {
@@ -372,7 +372,7 @@ FSM_PY_MAYBE bool fsm_py_parts(PyObject *value, const char *what, Py_ssize_t wan
     return count == wanted;
 }
 
-/* Put the next part into a tuple; false if there is none. Drops the tuple then. */
+/* Store the next part in a tuple. Return false and drop the tuple if the part is NULL. */
 FSM_PY_MAYBE bool fsm_py_put(PyObject **parts, Py_ssize_t place, PyObject *part)
 {
     if (*parts != NULL && part != NULL && PyTuple_SetItem(*parts, place, part) == 0) {
@@ -564,7 +564,7 @@ FSM_PY_MAYBE bool fsm_py_all(
     return true;
 }
 
-/* The event of a name, of that many fields; -1 with an exception if there is none. */
+/* Return the event with a name and a number of fields, or -1 with an exception. */
 FSM_PY_MAYBE Py_ssize_t fsm_py_named(const fsm_object *o, PyObject *event, Py_ssize_t count)
 {
     const fsm_machine_info *info = o->info;
@@ -592,9 +592,9 @@ FSM_PY_MAYBE Py_ssize_t fsm_py_named(const fsm_object *o, PyObject *event, Py_ss
     return index;
 }
 
-/* ---- what the host is told ----------------------------------------------------------------- */
+/* ---- values for the host ------------------------------------------------------------------- */
 
-/* Begin a line of values, which is given to `log` or becomes the reply; label: NULL for that. */
+/* Start a line of values for `log`, or for the reply if the label is NULL. */
 FSM_PY_MAYBE void fsm_py_begin(fsm_object *o, const char *label)
 {
     Py_CLEAR(o->parts);
@@ -729,7 +729,7 @@ FSM_PY_MAYBE void fsm_py_line(fsm_object *o)
     fsm_py_tell(o, o->trace, arguments);
 }
 
-/* What every line begins with: what caused it, if that is still to be told, and the slots. */
+/* Write the start of a line: its cause, unless that was written, and the slots. */
 FSM_PY_MAYBE void fsm_py_begun(fsm_object *o, const char *path)
 {
     if (o->pending[0] != 0) {
@@ -996,7 +996,7 @@ FSM_PY_MAYBE PyObject *fsm_py_new(PyTypeObject *type, PyObject *given, PyObject 
         o->info = o->driver->info;
         o->info->init(o->machine);
 #ifdef FSM_PY_RECORDED
-        if (o->of->inputs_size > 0u) { /* as they were told, and as before the call at hand */
+        if (o->of->inputs_size > 0u) { /* as recorded, and as before the current call */
             o->recorder.inputs = PyMem_Calloc(2u, o->of->inputs_size);
             if (o->recorder.inputs == NULL) {
                 Py_DECREF(o);
@@ -1021,7 +1021,7 @@ FSM_PY_MAYBE int fsm_py_traverse(PyObject *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The module stays: its strings may still be asked for. */
+/* Keep the module: its strings may still be requested. */
 FSM_PY_MAYBE int fsm_py_clear(PyObject *self)
 {
     fsm_object *o = (fsm_object *)self;
@@ -1050,7 +1050,7 @@ FSM_PY_MAYBE void fsm_py_dealloc(PyObject *self)
     Py_DECREF(type);
 }
 
-/* Whether the host has all that a machine calls; the names of what it has not. */
+/* Return whether the host has all methods that a machine calls; else raise their names. */
 FSM_PY_MAYBE bool fsm_py_provides(
     fsm_object *o, PyObject *host, const fsm_py_machine *of)
 {
@@ -1141,7 +1141,7 @@ FSM_PY_MAYBE PyObject *fsm_py_texts(const void *first, size_t each, Py_ssize_t c
     return all;
 }
 
-/* Dictionaries of places by name; of several events of one name that which is meant. */
+/* Return a dictionary of positions by name. For events of one name, the input event counts. */
 FSM_PY_MAYBE PyObject *fsm_py_places(PyObject *names, const fsm_event_info *events)
 {
     PyObject *all = PyDict_New();
@@ -1188,7 +1188,7 @@ FSM_PY_MAYBE int fsm_py_module_traverse(PyObject *module, visitproc visit, void 
     return 0;
 }
 
-/* Only at the end: machines keep their module, and ask it for strings until they are gone. */
+/* Only at the end: machines keep their module and read its strings until they are freed. */
 FSM_PY_MAYBE void fsm_py_module_free(void *module)
 {
     fsm_py_module *known = (fsm_py_module *)PyModule_GetState((PyObject *)module);
@@ -1203,7 +1203,7 @@ FSM_PY_MAYBE void fsm_py_module_free(void *module)
     Py_CLEAR(known->calls);
 }
 
-/* ---- hooks: what the host is told of a step ---------------------------------------------------- */
+/* ---- hooks of a step --------------------------------------------------------------------------- */
 
 FSM_PY_MAYBE void fsm_py_keep(const fsm_py_machine *of, void *m)
 {
@@ -1894,20 +1894,20 @@ FSM_PY_MAYBE PyModuleDef_Slot fsm_py_slots[] = {{Py_mod_exec, (void *)fsm_py_exe
     {#name, FSM_PY_CALL(fsm_py_##name), METH_FASTCALL | METH_KEYWORDS,                             \
      #name "($self" arguments ")\n--\n\n" doc}
 #define FSM_PY_METHODS                                                                             \
-    FSM_PY_METHOD(start, ", now=0", "Begin, or begin anew, at a time in ticks."),                  \
+    FSM_PY_METHOD(start, ", now=0", "Start or restart at a time in ticks."),                        \
     FSM_PY_METHOD(run, ", now",                                                                    \
-                  "Do all that is to be done until a time; whether it goes on running."),          \
+                  "Run until a time; return whether the machine is still running."),               \
     {"post", FSM_PY_CALL(fsm_py_post), METH_FASTCALL, "post($self, event, /, *payload)\n--\n\n"    \
      "Put an event into the queue; False if full."},                                               \
-    FSM_PY_METHOD(dispatch, ", event, /, *payload, now=None", "Process one event at once."),       \
+    FSM_PY_METHOD(dispatch, ", event, /, *payload, now=None", "Process one event immediately."),   \
     {"next_deadline", fsm_py_next_deadline, METH_NOARGS, "next_deadline($self)\n--\n\n"            \
-     "Return when the first timer is due; None if none is."},                                      \
+     "Return the first timer's deadline; None if none is armed."},                                 \
     {"is_in", fsm_py_is_in, METH_O, "is_in($self, state, /)\n--\n\n"                               \
      "Whether the state of that name is active."},                                                 \
     {"active", fsm_py_active, METH_NOARGS, "active($self)\n--\n\n"                                 \
      "Return the names of the active atomic states."}
 #define FSM_PY_SAVING                                                                              \
-    FSM_PY_METHOD(save, ", now=None", "Return the machine as bytes, timers with the time they have left."), \
+    FSM_PY_METHOD(save, ", now=None", "Return the machine as bytes, timers with their remaining time."), \
     FSM_PY_METHOD(restore, ", saved, now=0", "Go on from what was saved, at a time in ticks.")
 #define FSM_PY_TRACING {"_dump", fsm_py_dump_all, METH_NOARGS, "Show the trace all data."}
 

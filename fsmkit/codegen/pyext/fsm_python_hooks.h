@@ -20,7 +20,7 @@ static bool fsm_py_is_foreign; /* whether a string was saved that the chart does
 
 #ifdef FSM_PY_RECORDED
 #define FSM_TRACE_LEVEL 2
-#define FSM_TRACE_STATE fsm_py_records /* of the machine at hand */
+#define FSM_TRACE_STATE fsm_py_records /* of the current machine */
 #define FSM_TRACE_PUT(bytes, n) fsm_py_put_record(bytes, n)
 static bool fsm_py_put_record(const uint8_t *bytes, unsigned n);
 #include "fsm_records.h"
@@ -39,8 +39,8 @@ static bool fsm_py_put_record(const uint8_t *bytes, unsigned n);
 #define FSM_PY_MAYBE static
 #endif
 
-/* What the host is called for: the number of its method, what messages call the result, whether it
- * is given the peer. Number -1: it is never called. */
+/* A call of the host: the number of its method, the name of the result in messages, whether it
+ * takes the peer. Number -1: it is never called. */
 typedef struct {
     int number;
     const char *said;
@@ -51,9 +51,9 @@ typedef struct {
 typedef struct {
     const fsm_machine_info *info;
     uint32_t offset;   /* in the machine of the class */
-    const char *path;  /* what its lines begin with: the slots in which it lies */
+    const char *path;  /* the start of its lines: the slots that contain it */
     const fsm_py_call *operations, *sent; /* by number */
-    int first, after;  /* of what the host provides: the numbers of its part */
+    int first, after;  /* the range of its methods among those of the host */
 } fsm_py_machine;
 
 FSM_PY_MAYBE void fsm_py_on_begin(const fsm_py_machine *of, void *m, int cause, unsigned index);

@@ -1,4 +1,4 @@
-"""Systems in C: a System or a Deployment in, the C that joins its machines out.
+"""Systems in C: from a System or a Deployment to the C that joins its machines.
 
-What its direct connections do, and what crosses from one node to another.
+It implements direct connections, and the connections between nodes.
 """

@@ -1,4 +1,4 @@
-"""What carriers add to the files of a deployment, as plug-ins; only a carrier knows its files."""
+"""Plug-in protocols for the files that carriers add to a deployment."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ class DeploymentFiles(Protocol):
     name: str
 
     def files(self, deployment: Deployment) -> Mapping[str, str]:
-        """Return files that all nodes share, by path: descriptions of messages, for tools."""
+        """Return the files that all nodes share, by path: descriptions of messages, for tools."""
         ...
 
     def node_files(self, node: Node) -> Mapping[str, str]:
-        """Return the C of a node beside its machines, by path: tables of its messages."""
+        """Return the C files of a node beside its machines, by path: tables of its messages."""
         ...
 
     def rejection(self, deployment: Deployment, target: str) -> FsmkitError | None:
-        """Return why a target cannot write the deployment; None if it can."""
+        """Return why a target cannot generate the deployment, or None."""
         ...
 
 
 @runtime_checkable
 class TimingReport(Protocol):
-    """Says how late messages come over this carrier."""
+    """Reports the delay of messages over a carrier."""
 
     name: str
 
@@ -55,13 +55,13 @@ class TimingReport(Protocol):
         ...
 
     def timing_figures(self, deployment: Deployment) -> Mapping[str, object]:
-        """Return the same as data, by keys of the JSON document."""
+        """Return the same as data, by the keys of the JSON document."""
         ...
 
 
 @runtime_checkable
 class DeploymentPackage(Protocol):
-    """Packs the C of a deployment where a build of others looks for it."""
+    """Packs the C of a deployment in the layout of another build system."""
 
     name: str
     package: str
@@ -73,16 +73,16 @@ class DeploymentPackage(Protocol):
         machines: Mapping[str, Mapping[str, str]],
         nodes: Sequence[Node],
     ) -> Mapping[str, str]:
-        """Return the files; ``machines``: by node the C of its machines, and what joins them.
+        """Return the files; ``machines``: by node the C of its machines, and the joining C.
 
-        Raises `FsmkitError` where the package cannot hold the deployment.
+        Raises `FsmkitError` if the package cannot hold the deployment.
         """
         ...
 
 
 @runtime_checkable
 class BoardFiles(Protocol):
-    """Writes the C of boards: a plug-in that is a `BoardKind`, too."""
+    """Generates the C of boards: a plug-in that is a `BoardKind`, too."""
 
     name: str
 
@@ -92,15 +92,15 @@ class BoardFiles(Protocol):
 
 
 def files_of(deployment: Deployment) -> tuple[DeploymentFiles, ...]:
-    """Return what adds files to a deployment: its carriers, in order of name."""
+    """Return the file plug-ins of a deployment: its carriers, in order of name."""
     return tuple(each for each in plugins(DeploymentFiles) if each.name in deployment.carriers)
 
 
 def timing_of(deployment: Deployment) -> tuple[TimingReport, ...]:
-    """Return what reports response times of a deployment: its carriers, in order of name."""
+    """Return the timing plug-ins of a deployment: its carriers, in order of name."""
     return tuple(each for each in plugins(TimingReport) if each.name in deployment.carriers)
 
 
 def packages() -> dict[str, DeploymentPackage]:
-    """Return what packs deployments, by the kind of package."""
+    """Return the packing plug-ins, by the kind of package."""
     return {each.package: each for each in plugins(DeploymentPackage)}

@@ -1,4 +1,4 @@
-"""The C of a system: a struct with all its machines, and what their direct connections do."""
+"""The C of a system: a struct with all its machines, and their direct connections."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fsmkit.system.machine import EventLink
 from fsmkit.system.system import System
 
 STEPS = 1000
-"""Runs of machines in one call of ``X_run``, unless the host says otherwise."""
+"""The default limit of machine runs in one call of ``X_run``."""
 
 
 def compose(
@@ -28,10 +28,10 @@ def compose(
     findings: Findings,
     outside: Collection[tuple[int, int]] = (),
 ) -> dict[str, str]:
-    """Return header and source; nothing, after saying why, where it cannot be written in C.
+    """Return header and source; nothing after reporting why C cannot express the system.
 
-    ``charts``: `named_charts`; ``queued``: the names of those whose code has a queue. ``outside``:
-    ports, by machine, that lead to the host, too.
+    ``charts``: `named_charts`; ``queued``: the names of charts whose code has a queue. ``outside``:
+    ports, by machine, that are also connected to the host.
     """
     if not report_limits(system, findings):
         return {}
@@ -60,7 +60,7 @@ def header(
     members: Iterable[str] = (),
     calls: str = "",
 ) -> str:
-    """Return the header, with further includes, members of the struct, and calls."""
+    """Return the header, with additional includes, struct members and declarations."""
     out = Emitter()
     upper = prefix.upper()
     out.line(f"/* {prefix}.h: the system {comment(system.name)}. {NOTICE} */")
@@ -80,7 +80,7 @@ def header(
         out.line("uint32_t now;")
         out.line("uint32_t steps; /* left in this call */")
         out.line(
-            "uint16_t lost; /* events refused by a queue or a stopped machine; stops at 65535 */"
+            "uint16_t lost; /* events rejected by a queue or a stopped machine; stops at 65535 */"
         )
         width = "uint8_t" if len(parts) < 256 else "uint16_t"
         out.line(f"{width} working; /* which machine runs, from 1 */")
@@ -93,18 +93,18 @@ def header(
             out.line(f"{part.prefix}_event to_{part.member}[{queue}]; /* until all are started */")
     out.line()
     out.text(f"""
-    /* Make a system that has not been started. Then start all its machines, those of the
-     * environment first, and let them come to rest. */
+    /* Initialize a system. Then start all its machines, those of the
+     * environment first, and run them until they are idle. */
     void {prefix}_init({prefix} *s);
     bool {prefix}_start({prefix} *s, uint32_t now);
 
-    /* Do all that is to be done until now: what is due in any machine, by deadline, then what was
-     * posted, each with all that it leads to in the others. False if they have not come to rest
+    /* Run until now: expired timers of all machines by deadline, then posted events,
+     * each with its consequences in the other machines. False if they are not idle
      * within {upper}_STEPS: call it again. Within a step of a machine, start and run do nothing
      * and return false. */
     bool {prefix}_run({prefix} *s, uint32_t now);
 
-    /* When the first timer of any machine is due; false if none is armed. */
+    /* Store the first deadline of all machines; false if no timer is armed. */
     bool {prefix}_next_deadline(const {prefix} *s, uint32_t *deadline);
     """)
     if calls:
@@ -118,7 +118,7 @@ class GluePrinter:
     """Prints the source."""
 
     beyond: Mapping[tuple[int, int], Sequence[tuple[int, ...]]] = MappingProxyType({})
-    """By machine and port: the arguments of each connection to where no machine is."""
+    """By machine and port: the arguments of each connection to another node or the host."""
 
     def __init__(
         self,
@@ -152,7 +152,7 @@ class GluePrinter:
         self._more(out)
         return out.finish()
 
-    # --- what the host has in place of a world that is left out ----------------------------------
+    # --- the host's functions in place of an omitted world ----------------------------------
 
     def host_calls(self) -> str:
         """Return the prototypes of the functions that the host implements for connected ports."""
@@ -176,13 +176,13 @@ class GluePrinter:
     # --- what a node has beyond its own machines (see `nodes`) -----------------------------------
 
     def _first(self, out: Emitter) -> None:
-        """Print what comes before all functions."""
+        """Print the lines before all functions."""
 
     def _send(self, out: Emitter, part: Part, port: int, fields: tuple[Field, ...]) -> None:
-        """Print what those connections do."""
+        """Print the effects of these connections."""
 
     def _more_first_inputs(self) -> list[str]:
-        """Return inputs that no machine here writes, as they are to begin with."""
+        """Return the initial values of inputs that no machine here writes."""
         return []
 
     def _more(self, out: Emitter) -> None:
@@ -191,7 +191,7 @@ class GluePrinter:
     # --- connections -----------------------------------------------------------------------------
 
     def _to(self, out: Emitter, part: Part) -> None:
-        """Print how an event comes to a machine: at once, but not while it cannot take it."""
+        """Print the delivery of an event to a machine: immediately, if it can receive already."""
         s, member = self.prefix, part.member
         count = f"s->count_to_{member}"
         with out.function(f"static void {s}_to_{member}({s} *s, const {part.prefix}_event *e)"):
@@ -205,7 +205,7 @@ class GluePrinter:
                 out.line("s->lost++;")
 
     def _ports(self, out: Emitter, part: Part) -> None:
-        """Print what events and operations of a machine do that are connected."""
+        """Print the functions of a machine's connected events and operations."""
         links: dict[int, list[EventLink]] = {}
         for link in self.system.event_links:
             if link.source == part.index:
@@ -234,7 +234,7 @@ class GluePrinter:
                     out.line(f"{self._host_function(part, port)}({', '.join(given)});")
 
     def _port(self, part: Part, port: int) -> tuple[str, tuple[Field, ...]]:
-        """Return the function of a port, without the prefix, and the fields it is given."""
+        """Return the function of a port, without the prefix, and its fields."""
         events = part.chart.events
         if port < len(events):
             return f"send_{part.names.event_names[port]}", events[port].fields
@@ -258,7 +258,7 @@ class GluePrinter:
             out.line(f"{self.prefix}_to_{target.member}(s, &e);")
 
     def _copies(self, out: Emitter) -> None:
-        """Print how the outputs of each machine reach the inputs they are connected to."""
+        """Print the copies of a machine's outputs to the connected inputs."""
         for part in self.parts:
             links = [link for link in self.system.input_links if link.source == part.index]
             if not links:
@@ -275,28 +275,28 @@ class GluePrinter:
                             out.line(f"s->changed_{target.member} = true;")
                     out.line(f"{written} = {self._cast(output.type, variable.type)}{read};")
 
-    def _cast(self, given: Type, wanted: Type) -> str:
-        """Return the conversion from one scalar to another, of which the values fit."""
-        ctype = storage(wanted, {}).text
-        return "" if storage(given, {}).text == ctype else f"({ctype})"
+    def _cast(self, source: Type, target: Type) -> str:
+        """Return the cast from one scalar type to another that holds its values."""
+        ctype = storage(target, {}).text
+        return "" if storage(source, {}).text == ctype else f"({ctype})"
 
-    def _stored(self, passed: Type, wanted: Type) -> str:
-        """Return the conversion of an argument to what is stored of it."""
-        if isinstance(passed, EnumType):
-            return f"({storage(wanted, {}).text})"
-        return self._cast(passed, wanted)
+    def _stored(self, argument: Type, stored: Type) -> str:
+        """Return the cast of an argument to its stored type."""
+        if isinstance(argument, EnumType):
+            return f"({storage(stored, {}).text})"
+        return self._cast(argument, stored)
 
     # --- running ---------------------------------------------------------------------------------
 
     def _number(self, part: Part) -> int:
         return self.parts.index(part) + 1
 
-    def _tell(self, part: Part) -> list[str]:
+    def _publish_call(self, part: Part) -> list[str]:
         has = any(link.source == part.index for link in self.system.input_links)
         return [f"{self.prefix}_tell_{part.member}(s);"] if has else []
 
     def _delivers(self, out: Emitter) -> None:
-        """Print how what was kept back comes to the queue of a machine."""
+        """Print the delivery of postponed events to the queue of a machine."""
         s = self.prefix
         for part in self.parts:
             if not part.is_fed:
@@ -308,7 +308,7 @@ class GluePrinter:
                 out.line(f"{count} = 0u;")
 
     def _steps(self, out: Emitter) -> None:
-        """Print how the next machine runs that has anything to do."""
+        """Print the run of the next machine that has work."""
         s = self.prefix
         for part in self.parts:
             p, member = part.prefix, f"s->{part.member}"
@@ -334,7 +334,7 @@ class GluePrinter:
                     out.line("s->working = 0u;")
                     if part.is_fed:
                         out.line(f"{s}_deliver_to_{part.member}(s);")
-                    out.lines([*self._tell(part), "return true;"])
+                    out.lines([*self._publish_call(part), "return true;"])
             out.line("return false;")
         out.text(f"""
         /* Let one machine after the other run until all rest; false if that takes too long. */
@@ -352,7 +352,7 @@ class GluePrinter:
         out.line()
 
     def _calls(self, out: Emitter) -> None:
-        """Print what the host calls."""
+        """Print the functions for the host."""
         s, upper = self.prefix, self.prefix.upper()
         with out.function(f"void {s}_init({s} *s)"):
             out.line("unsigned char *bytes = (unsigned char *)s;")
@@ -367,7 +367,7 @@ class GluePrinter:
             out.lines([*self._first_inputs(), *self._more_first_inputs()])
             for part in self.parts:
                 out.line(f"{part.prefix}_start(&s->{part.member}, now);")
-                out.lines(self._tell(part))
+                out.lines(self._publish_call(part))
             out.line("s->starting = false;")
             out.lines(f"{s}_deliver_to_{part.member}(s);" for part in self.parts if part.is_fed)
             out.line(f"return {s}_settle(s);")
@@ -385,12 +385,12 @@ class GluePrinter:
         self._next_deadline(out)
 
     def _return_within_a_step(self, out: Emitter) -> None:
-        """Print that a call from an operation of a machine does nothing."""
+        """Print the return for a call from an operation of a machine, which has no effect."""
         with out.block("if (s->starting || s->working != 0u) {"):
             out.line("return false;")
 
     def _first_inputs(self) -> list[str]:
-        """Return the inputs as they are until the machines that write them start."""
+        """Return the initial values of inputs, until the machines that write them start."""
         lines = []
         for link in self.system.input_links:
             target, source = self.by_index[link.target], self.by_index[link.source]
@@ -416,10 +416,10 @@ class GluePrinter:
 
 
 def literal(value: Value) -> str:
-    """Return a scalar as C writes it."""
+    """Return a scalar in C notation."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
         return repr(value)
-    assert isinstance(value, int)  # noqa: S101  (strings, arrays and records are refused)
+    assert isinstance(value, int)  # noqa: S101  (strings, arrays and records are rejected)
     return f"({value + 1} - 1)" if value < 0 else f"{value}u"

@@ -15,9 +15,9 @@ from fsmkit.system.system import System
 
 @dataclass(frozen=True)
 class Node:
-    """A node of a deployment: its machines as a system of their own, and how they are named.
+    """A node of a deployment: its machines as a system of their own, and their names.
 
-    ``numbers``: of its machines in the whole system, by their place here.
+    ``numbers``: the numbers of its machines in the whole system, by their position here.
     """
 
     deployment: Deployment
@@ -28,7 +28,7 @@ class Node:
 
     @property
     def map(self) -> EventMap:
-        """What crosses the nodes."""
+        """The values and events that cross the nodes."""
         return self.deployment.map
 
     @property
@@ -38,27 +38,27 @@ class Node:
 
     @property
     def prefix(self) -> str:
-        """What its functions begin with."""
+        """The prefix of its functions."""
         return snake(self.system.name)
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The ends of identifiers of the nodes, by their place."""
+        """The endings of the nodes' identifiers, by position."""
         return node_words(self.deployment.nodes)
 
-    def here(self, machine: int) -> int:
-        """Return the place of a machine of the whole system."""
+    def position_of(self, machine: int) -> int:
+        """Return the position of a machine of the whole system."""
         return self.numbers.index(machine)
 
 
 def node_words(nodes: Iterable[str]) -> tuple[str, ...]:
-    """Return the ends of identifiers of nodes: different without regard to case, in capitals."""
+    """Return the endings of nodes' identifiers: in capitals, distinct without regard to case."""
     namer = Namer()
     return tuple(namer.name(name.upper()) for name in nodes)
 
 
 def nodes_of(deployment: Deployment) -> tuple[Node, ...]:
-    """Return the nodes that run machines of fsmkit."""
+    """Return the nodes with machines of fsmkit."""
     return tuple(_node(deployment, place) for place in deployment.own_nodes)
 
 

@@ -1,7 +1,7 @@
-"""The C of a node: its machines joined, and what crosses to others over a link.
+"""The C of a node: its joined machines, and their connections to other nodes over a link.
 
-It is the C of a system (`glue`) in which some connections end at ``fsm_link.h``: a message is
-written into the ring to the worker, and what came in is posted at the beginning of a cycle.
+It is the C of a system (`glue`) in which some connections end at ``fsm_link.h``. A sent message is
+written into the ring to the worker; received messages are posted at the start of a cycle.
 """
 
 from __future__ import annotations
@@ -53,10 +53,12 @@ def _header(node: Node, parts: tuple[Part, ...]) -> str:
         " * send, and the levels. False as X_run. Without a link: only the run. */",
         f"bool {prefix}_cycle({prefix} *s, uint32_t now);",
     ]
-    told = NodePrinter(node, parts).told()
-    if told:
+    host_functions = NodePrinter(node, parts).host_functions()
+    if host_functions:
         lines += ["", "/* Connected both to other machines and to the environment: the host's. */"]
-        lines += [f"void {name}({prefix} *s{parameters(f, p.names)});" for name, p, f in told]
+        lines += [
+            f"void {name}({prefix} *s{parameters(f, p.names)});" for name, p, f in host_functions
+        ]
     return header(
         node.system,
         prefix,
@@ -78,7 +80,7 @@ class NodePrinter(GluePrinter):
         self.sent: dict[tuple[int, int], list[tuple[MessageType, EventLink]]] = {}
         for message, link in zip(self.map.messages, node.deployment.wires.events, strict=True):
             if message.sender == node.place:
-                key = node.here(link.source), link.port
+                key = node.position_of(link.source), link.port
                 self.sent.setdefault(key, []).append((message, link))
         self.beyond = {
             key: [link.arguments for _, link in found] for key, found in self.sent.items()
@@ -87,30 +89,30 @@ class NodePrinter(GluePrinter):
             self.beyond[key] = [*self.beyond.get(key, ()), link.arguments]
 
     def _outside(self) -> list[tuple[tuple[int, int], EventLink]]:
-        """Return connections to the environment of ports that are connected elsewhere, too."""
+        """Return connections to the environment from ports that are also connected elsewhere."""
         whole, placed = self.node.deployment.system, self.node.deployment.placed
         joined = {(link.source, link.port) for link in self.system.event_links} | set(self.sent)
         found = []
         for link in whole.event_links:
             if link.source in self.node.numbers and placed[link.target] is None:
-                key = self.node.here(link.source), link.port
+                key = self.node.position_of(link.source), link.port
                 if key in joined:
                     found.append((key, link))
         return found
 
-    def told(self) -> list[tuple[str, Part, tuple[Field, ...]]]:
-        """Return the functions of the host for what the environment hears besides others."""
+    def host_functions(self) -> list[tuple[str, Part, tuple[Field, ...]]]:
+        """Return the functions of the host for additionally connected environment ports."""
         return [
             (name, self.by_index[number], self._port(self.by_index[number], port)[1])
-            for (number, port), name in self.told_names().items()
+            for (number, port), name in self.host_function_names().items()
         ]
 
-    def told_names(self) -> dict[tuple[int, int], str]:
-        """Return the names of those functions by machine and port."""
+    def host_function_names(self) -> dict[tuple[int, int], str]:
+        """Return the names of these functions by machine and port."""
         keys = dict.fromkeys(key for key, _ in self._outside())
-        return {key: self._told_name(self.by_index[key[0]], key[1]) for key in keys}
+        return {key: self._host_function_name(self.by_index[key[0]], key[1]) for key in keys}
 
-    def _told_name(self, part: Part, port: int) -> str:
+    def _host_function_name(self, part: Part, port: int) -> str:
         return f"{self.prefix}_{part.member}_{self._port(part, port)[0].removeprefix('send_')}"
 
     # --- what leaves -----------------------------------------------------------------------------
@@ -145,7 +147,7 @@ class NodePrinter(GluePrinter):
                     out.line("fsm_link_put(s->link);")
         if any(key == (part.index, port) for key, _ in self._outside()):
             values = "".join(f", {part.names.field(field.name)}" for field in fields)
-            out.line(f"{self._told_name(part, port)}(s{values});")
+            out.line(f"{self._host_function_name(part, port)}(s{values});")
 
     # --- what comes in ---------------------------------------------------------------------------
 
@@ -158,7 +160,7 @@ class NodePrinter(GluePrinter):
         return lines
 
     def _levels(self, *, receives: bool) -> list[tuple[LevelType, InputLink]]:
-        """Return the levels that come in, or those that go out."""
+        """Return the incoming or the outgoing levels."""
         all_of_them = zip(self.map.levels, self.node.deployment.wires.levels, strict=True)
         own = self.node.place
         return [
@@ -168,11 +170,11 @@ class NodePrinter(GluePrinter):
         ]
 
     def _input(self, link: InputLink) -> str:
-        part = self.by_index[self.node.here(link.target)]
+        part = self.by_index[self.node.position_of(link.target)]
         return f"s->{part.member}.{part.names.variables[part.chart.inputs[link.input].name]}"
 
     def _output(self, link: InputLink) -> str:
-        part = self.by_index[self.node.here(link.source)]
+        part = self.by_index[self.node.position_of(link.source)]
         return f"s->{part.member}.{part.names.variables[part.chart.outputs[link.output].name]}"
 
     def _more(self, out: Emitter) -> None:
@@ -186,7 +188,7 @@ class NodePrinter(GluePrinter):
         self._cycle(out, senders)
 
     def _take(self, out: Emitter) -> None:
-        """Print how an event is posted: whether its machine had room, or is not there to have."""
+        """Print the posting of an event; its result is whether the machine exists and had room."""
         s = self.prefix
         received = [
             (message, link)
@@ -209,7 +211,7 @@ class NodePrinter(GluePrinter):
             out.lines(["if (s->lost < 65535u) {", "    s->lost++;", "}", "return true;"])
 
     def _post(self, out: Emitter, message: MessageType, link: EventLink) -> None:
-        part = self.by_index[self.node.here(link.target)]
+        part = self.by_index[self.node.position_of(link.target)]
         names, member = part.names, f"s->{part.member}"
         with out.block(f"case {message.number}u: {{ /* {comment(message.name)} */"):
             out.line(f"{part.prefix}_event e = {names.upper}_NO_EVENT;")
@@ -224,7 +226,7 @@ class NodePrinter(GluePrinter):
             out.line("break;")
 
     def _sample(self, out: Emitter, sender: int) -> None:
-        """Print how the levels of a node become inputs here."""
+        """Print the copy of another node's levels to inputs."""
         all_of_them = self.map.levels_of(sender)
         at = dict(zip(all_of_them, places([level.type for level in all_of_them]), strict=True))
         with out.function(
@@ -240,7 +242,7 @@ class NodePrinter(GluePrinter):
         return f"{self.prefix}_sample_{self.node.words[sender].lower()}"
 
     def _publish(self, out: Emitter) -> None:
-        """Print how the levels of this node are written."""
+        """Print the publication of this node's levels."""
         levels = self._levels(receives=False)
         if not levels:
             return
@@ -284,11 +286,11 @@ class NodePrinter(GluePrinter):
 # --- the map as constants, and what is valid ------------------------------------------------------
 
 HEADER_BYTES = 22
-"""As ``FSM_LINK_HEADER``."""
+"""The value of ``FSM_LINK_HEADER``."""
 
 
 def print_validity(out: Emitter, node: Node) -> None:
-    """Print whether the values of a payload are of their types."""
+    """Print the test that the values of a payload are within their types."""
     s = node.prefix
     with out.function(
         f"static bool {s}_is_valid(uint8_t sender, uint16_t message, const uint8_t *p)"
@@ -320,7 +322,7 @@ def _levels_validity(out: Emitter, node: Node) -> None:
 
 
 def print_tables(out: Emitter, node: Node) -> None:
-    """Print the map as the library wants it."""
+    """Print the map in the format of the library."""
     s, upper, nodes = node.prefix, node.prefix.upper(), len(node.map.nodes)
     largest = max([*_sizes(node.map), *_level_sizes(node.map)], default=0) + HEADER_BYTES
     out.line(f"#if FSM_LINK_BYTES < {largest}")

@@ -17,7 +17,7 @@ from fsmkit.plan import lower
 from fsmkit.system.system import System
 
 MEMBERS = {"now", "steps", "lost", "starting", "working"}
-"""Of the struct of a system, beside its machines."""
+"""Members of a system's struct, beside its machines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Part:
     names: Names
     member: str
     samples: bool
-    """Whether a change of its inputs alone can make it step."""
+    """Whether a change of its inputs alone can trigger a step."""
     is_fed: bool
     """Whether connections lead to its queue."""
     has_queue: bool
@@ -40,17 +40,17 @@ class Part:
 
     @property
     def prefix(self) -> str:
-        """What its functions begin with."""
+        """The prefix of its functions."""
         return self.names.prefix
 
 
 def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]:
-    """Return the chart of each machine, named as its code is to be; ``is_joined`` by connections.
+    """Return the chart of each machine with the name for its code.
 
-    A chart is written once, whoever runs it; but for each machine of its own, called as the
-    machine, where connections begin at several: what is called then tells which of them calls. So
-    are, but for the first, different charts of the same name, and charts of the name of the system,
-    after which the joining code is called.
+    Machines share the code of their chart. If connections start at several machines of a chart,
+    each of these has its own code, named after the machine, so a call identifies its machine.
+    Further charts of equal names are renamed, and charts with the name of the system.
+    ``is_joined``: connections join the machines, and their code has the name of the system.
     """
     links = system.event_links if is_joined else ()
     begins = {system.machines[link.source].chart for link in links}
@@ -60,7 +60,7 @@ def named_charts(system: System, *, is_joined: bool = True) -> tuple[Chart, ...]
     found: list[Chart] = []
 
     def named(chart: Chart, name: str) -> Chart:
-        """Return the chart with a name that differs from all others in more than case."""
+        """Return the chart with a name that differs from all others without regard to case."""
         wanted, number = name, 1
         while snake(name) in taken:
             number += 1
@@ -85,8 +85,8 @@ def parts_of(
 ) -> tuple[Part, ...]:
     """Return the machines, those of the environment first.
 
-    ``charts`` are those of the machines, named as their code is; ``queued``: the names of those
-    whose code has a queue.
+    ``charts``: the charts of the machines with the names for their code; ``queued``: the names of
+    charts whose code has a queue.
     """
     members = Namer(KEYWORDS | MEMBERS)
     fed = {link.target for link in system.event_links}

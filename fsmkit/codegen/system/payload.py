@@ -1,4 +1,4 @@
-"""How values lie in the payload of a frame, in C: where, written, read, and checked."""
+"""The layout of values in the payload of a frame, in C: offsets, writing, reading, checks."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def _size(type_: Type) -> int:
 
 
 def size_of(types: Iterable[Type]) -> int:
-    """Return the bytes of values of these types."""
+    """Return the size in bytes of values of these types."""
     return sum(map(_size, types))
 
 
 def places(types: Sequence[Type]) -> list[int]:
-    """Return where each value begins."""
+    """Return the offset of each value."""
     return [size_of(types[:place]) for place in range(len(types))]
 
 
@@ -33,18 +33,18 @@ def putter(type_: Type, at: int, value: str) -> str:
     return f"fsm_link_put_bytes(p + {at}, (uint64_t){value}, {_size(type_)}u);"
 
 
-def getter(sent: Type, wanted: Type, at: int) -> str:
-    """Return the expression that reads a value, as the receiver stores it."""
-    into = storage(wanted, {}).text
+def getter(sent: Type, stored: Type, at: int) -> str:
+    """Return the expression that reads a value in the receiver's stored type."""
+    into = storage(stored, {}).text
     if isinstance(sent, FloatType):
         return f"({into})fsm_link_get_{_c_float(sent)}(p + {at})"
-    if isinstance(wanted, BoolType):
+    if isinstance(stored, BoolType):
         return f"p[{at}] != 0u"
     return f"({into}){_read(sent, at)}"
 
 
 def checks(types: Sequence[Type]) -> list[str]:
-    """Return the conditions under which all values are of their types."""
+    """Return the conditions that all values are within their types."""
     found = []
     for type_, at in zip(types, places(types), strict=True):
         span = bounds(type_)
@@ -68,7 +68,7 @@ def _read(type_: Type, at: int) -> str:
 
 
 def _number(value: int, lo: int) -> str:
-    """Return a bound as C writes it; the least of all has no literal (C99 6.4.4.1)."""
+    """Return a bound in C notation; the least integer has no literal (C99 6.4.4.1)."""
     if lo == 0:
         return f"UINT64_C({value})"
     return f"INT64_C({value})" if value > -(2**63) else "INT64_MIN"

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 WORLD = "world"
-"""The part of a system that is written only where ``with`` names it."""
+"""The part of a system that is generated only if ``with`` names it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ def program_of(
 
 
 def _report_unjoined(system: System, maker: Target, runner: str, findings: Findings) -> None:
-    """Note that no code connects the machines of a system; ``runner``: what runs them joined."""
+    """Report that no code connects the machines of a system; ``runner``: a command that does."""
     joins: tuple[EventLink | InputLink, ...] = (*system.event_links, *system.input_links)
     for link in joins[:1]:
         findings.add(
@@ -135,7 +135,7 @@ def _packed_program(
     options: Mapping[str, str],
     findings: Findings,
 ) -> Program:
-    """Return the package of a deployment; its programs are in C."""
+    """Return the package of a deployment, whose programs are in C."""
     from fsmkit.codegen.system.node import nodes_of
     from fsmkit.codegen.system.node_printer import compose_node
 
@@ -158,7 +158,7 @@ def _packed_program(
 def _one(
     system: System, maker: SystemTarget, options: Mapping[str, str], findings: Findings
 ) -> Program:
-    """Return the program of a target that joins the machines itself."""
+    """Return the program of a target that joins the machines."""
     made = maker.generate_system(system, findings, options)
     if made is None or findings.has_errors:
         raise FsmkitError(findings)
@@ -205,7 +205,7 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
         raise fail(
             "wrong-option",
             "the machines of a system need their queues",
-            help="leave out something else",
+            help="omit another part",
         )
 
 
@@ -244,7 +244,7 @@ def _program(
 
 
 def _united(generated: Iterable[Generated]) -> dict[str, str | bytes]:
-    """Return the files of several machines; what they share is there once."""
+    """Return the files of several machines without duplicates."""
     files: dict[str, str | bytes] = {}
     for made in generated:
         contents: dict[str, str | bytes] = {**made.files, **made.built}

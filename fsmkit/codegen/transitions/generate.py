@@ -279,8 +279,8 @@ def _given(out: Lines, chart: Chart) -> None:
     """Print the methods of the model that its other methods call."""
     from fsmkit.language import InState
 
-    asked = (part for guard in conditions(chart) for part in subexpressions(guard))
-    if any(isinstance(part, InState) for part in asked):
+    parts = (part for guard in conditions(chart) for part in subexpressions(guard))
+    if any(isinstance(part, InState) for part in parts):
         with out.method("is_in", "Whether a state is active.", "state: str", "bool"):
             asking = "self.machine.is_state(state, self, allow_substates=True)"
             out.line(f"return bool({asking})")

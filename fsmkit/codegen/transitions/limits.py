@@ -56,7 +56,7 @@ class Checker:
         """The plan of the chart."""
         return self.order.plan
 
-    def _refuse(self, what: str, at: Span | None, advice: str, *others: tuple[Span, str]) -> None:
+    def _report(self, what: str, at: Span | None, advice: str, *others: tuple[Span, str]) -> None:
         self.is_fine = False
         message = f"`transitions` has {what}"
         self.findings.add("transitions-limit", message, at, secondary=others, help=advice)
@@ -67,12 +67,12 @@ class Checker:
         """Report each single part without an equivalent."""
         for invocation in self.chart.invocations:
             advice = "make it a machine of its own"
-            self._refuse("no invoked machines", invocation.span, advice)
+            self._report("no invoked machines", invocation.span, advice)
         for event in self.chart.events:
             if event.name in reserved(self.plan):
                 advice = "call the event something else"
                 what = f"an attribute `{event.name}` of its own for each model"
-                self._refuse(what, event.span, advice)
+                self._report(what, event.span, advice)
         for state in self.chart.states:
             self._state(state)
         for transition in self.chart.transitions:
@@ -83,25 +83,25 @@ class Checker:
         if state.is_history:
             self._history(state)
         if state.id in RESERVED and self.plan.parents[state.index]:
-            self._refuse("other uses for this name", state.span, "call the state something else")
+            self._report("other uses for this name", state.span, "call the state something else")
         if state.defer:
             advice = "remember in a variable that it came, and `raise` it later"
-            self._refuse("no deferred events", state.span, advice)
+            self._report("no deferred events", state.span, advice)
         if state.done_data:
             advice = "assign it to a variable when the final state is entered"
-            self._refuse("no data of final states", state.span, advice)
+            self._report("no data of final states", state.span, advice)
         if state.index in self.plan.endings and any(state.on_exit):
             advice = "move it to the entry of the state"
-            self._refuse("no exit from a final state", state.span, advice)
+            self._report("no exit from a final state", state.span, advice)
         around = [self.chart.states[each].kind for each in self.plan.chains[state.index][1:]]
         if state.kind is Kind.PARALLEL and Kind.PARALLEL in around:
             advice = "make its regions regions of the parallel state around it"
             what = "an exception for an event that nothing takes while regions have regions"
-            self._refuse(what, state.span, advice)
+            self._report(what, state.span, advice)
         is_told = f"done.state.{state.id}" in self.chart.event_index
         if state.kind is Kind.PARALLEL and is_told:
             advice = "test the final states of its regions with `In`, in a guard"
-            self._refuse("no event for the end of all regions", state.span, advice)
+            self._report("no event for the end of all regions", state.span, advice)
         self._content((*state.on_entry, *state.on_exit), with_event=False)
 
     def _history(self, history: State) -> None:
@@ -110,14 +110,14 @@ class Checker:
         parent = self.plan.parents[history.index]
         if self.chart.states[parent].kind is Kind.PARALLEL or not parent:
             advice = "give each region a history, or name the state to return to"
-            self._refuse("no history of regions, nor of the machine", history.span, advice)
+            self._report("no history of regions, nor of the machine", history.span, advice)
         default = self.chart.transitions[history.initial]
         if any(self.chart.states[target].is_history for target in default.targets):
             advice = "name the initial state"
-            self._refuse("no history as the default of another", default.span, advice)
+            self._report("no history as the default of another", default.span, advice)
         if history.kind is Kind.SHALLOW_HISTORY and self._has_deep_initial(parent):
             advice = "give each state between its own `initial`"
-            self._refuse("only children as initial states, below a history", history.span, advice)
+            self._report("only children as initial states, below a history", history.span, advice)
 
     def _has_deep_initial(self, index: int) -> bool:
         """Whether a strict descendant has an initial state that is not its child."""
@@ -135,26 +135,26 @@ class Checker:
         source, at = self.chart.states[transition.source], transition.span
         if transition.content:
             advice = "move it to the entry of the state that is entered"
-            self._refuse("no content of initial transitions", at, advice)
+            self._report("no content of initial transitions", at, advice)
         if source.is_history:
             return
         if any(self.chart.states[target].is_history for target in transition.targets):
-            self._refuse("no history as an initial state", at, "name the initial state")
+            self._report("no history as an initial state", at, "name the initial state")
         elif self._is_deep(source):
             around = self.plan.chains[source.index]
             between = self.order.path(source.index, transition.targets[0])[:-1]
             kinds = (self.chart.states[s].kind for s in (*around, *between))
             if Kind.PARALLEL in kinds:
                 advice = "give each state between its own `initial`"
-                self._refuse("only children as initial states of regions", at, advice)
+                self._report("only children as initial states of regions", at, advice)
 
     def _transition(self, transition: Transition) -> None:
         at = transition.span
         if transition.trigger is Trigger.SOMETIMES or transition.least is not None:
-            self._refuse("no spontaneous transitions", at, "give it an event")
+            self._report("no spontaneous transitions", at, "give it an event")
         is_initial = transition.trigger is Trigger.INITIAL
         if len(transition.targets) > 1 and not self.chart.states[transition.source].is_history:
-            self._refuse("only one destination", at, "make the other states the initial ones")
+            self._report("only one destination", at, "make the other states the initial ones")
         elif is_initial and transition.source:
             self._initial(transition)
         if transition.guard is not None:
@@ -200,69 +200,69 @@ class Checker:
                 lang.fold(delay), lang.Literal
             ):
                 advice = "give it a constant delay"
-                self._refuse("no `error.execution`, and this delay can be negative",
+                self._report("no `error.execution`, and this delay can be negative",
                     statement.span, advice)  # fmt: skip
             case stmt.Send(destination=stmt.Destination.SELF, delay=None):
                 advice = "`raise` it: the library has one queue"
-                self._refuse("no second queue for what a machine sends itself", statement.span,
+                self._report("no second queue for what a machine sends itself", statement.span,
                     advice)  # fmt: skip
             case stmt.Send(destination=stmt.Destination.INVOKER | stmt.Destination.INVOKED):
                 advice = "send an event that leaves the machine"
-                self._refuse("no invoked machines", statement.span, advice)
+                self._report("no invoked machines", statement.span, advice)
             case stmt.Reply():
                 advice = "send an event that leaves the machine, or call an operation"
-                self._refuse("no answer but whether a transition was taken", statement.span, advice)
+                self._report("no answer but whether a transition was taken", statement.span, advice)
             case stmt.Fail():
                 advice = "fix the expression"
-                self._refuse("no `error.execution`", statement.span, advice)
+                self._report("no `error.execution`", statement.span, advice)
             case stmt.Invoke():
                 pass  # said of the invocation
             case stmt.ForEach(array=array, item=item) if (
                 isinstance(array, lang.Numbers) or item.storage is lang.Storage.LOCAL
             ):
                 advice = "declare the variable of the loop under `data`, and loop over an array"
-                self._refuse("no local variables of loops", statement.span, advice)
+                self._report("no local variables of loops", statement.span, advice)
             case _ if not isinstance(statement, PRINTED):
                 advice = "call an operation of the host"
-                self._refuse("no equivalent of this statement", statement.span, advice)
+                self._report("no equivalent of this statement", statement.span, advice)
             case _:
                 if can_fail(_without_bodies(statement)):
                     advice = "test it before: a divisor for zero, an index for its range"
-                    self._refuse("no `error.execution`, and this can fail", statement.span, advice)
+                    self._report("no `error.execution`, and this can fail", statement.span, advice)
 
     def _expression(self, expr: lang.Expr, within: Span | None = None) -> None:
         at = within or expr.span
         if can_fail(lang.fold(expr)):
             advice = "test it before: a divisor for zero, an index for its range"
-            self._refuse("no `error.execution`, and this can fail", at, advice)
+            self._report("no `error.execution`, and this can fail", at, advice)
         for part in nodes(lang.fold(expr)):
             if isinstance(part, lang.CallFunction):
                 advice = "write what it computes here, or declare an operation"
-                self._refuse("no functions of a chart", at, advice)
+                self._report("no functions of a chart", at, advice)
 
     def _leaves(self, conversion: lang.Convert, at: Span) -> None:
         advice = "test it before, use `min` and `max`, a type that wraps, or a machine integer"
-        self._refuse(f"no `error.range`, and this can leave {conversion.type}", at, advice)
+        self._report(f"no `error.range`, and this can leave {conversion.type}", at, advice)
 
     def _event(self, expr: lang.Expr, fields: frozenset[str], *, with_event: bool) -> None:
         for part in subexpressions(expr):
             is_event = isinstance(part, lang.EventField | lang.EventName)
             if isinstance(part, lang.EventType):
                 advice = "give what is raised and what is sent names of their own"
-                self._refuse("no types of events", part.span, advice)
+                self._report("no types of events", part.span, advice)
             if is_event and not with_event:
                 advice = "assign it to a variable in the transition"
-                self._refuse("no event when it is started", part.span, advice)
+                self._report("no event when it is started", part.span, advice)
             elif isinstance(part, lang.EventField) and part.name not in fields:
                 advice = "write a transition for each event"
-                self._refuse("its arguments by position, another one for each event", part.span,
+                self._report("its arguments by position, another one for each event", part.span,
                     advice)  # fmt: skip
 
     def _configuration(self, expr: lang.Expr) -> None:
         for part in subexpressions(expr):
             if isinstance(part, lang.InState):
                 advice = "test it in guards, or store it in a variable"
-                self._refuse("another configuration in the midst of a step", part.span, advice)
+                self._report("another configuration in the midst of a step", part.span, advice)
 
     # --- moves --------------------------------------------------------------------------------
 
@@ -280,15 +280,15 @@ class Checker:
         states = self.chart.states
         if states[transition.targets[0]].is_history and self._is_around(target, transition.source):
             advice = "name the state to return to as the target"
-            self._refuse("no way to a history from inside", transition.span, advice)
+            self._report("no way to a history from inside", transition.span, advice)
             return
         first, *rest = self.order.path(domain, target)
         if domain != transition.source and self.plan.is_below(target, transition.source):
             advice = "mark it `type: internal`, or leave by way of another state"
-            self._refuse("no exit from a state on the way into it", transition.span, advice)
+            self._report("no exit from a state on the way into it", transition.span, advice)
         elif rest and domain == transition.source and transition.source:
             advice = f"let it lead to `{states[first].id}`"
-            self._refuse(
+            self._report(
                 f"another meaning for this where `{states[first].id}` is active: "
                 "it would not be left",
                 transition.span,
@@ -297,13 +297,13 @@ class Checker:
             )
         elif rest and self._is_around(first, transition.source):
             advice = "let the region that changes have the transition"
-            self._refuse(
+            self._report(
                 "no way from one region to another, or out of one and back in",
                 transition.span, advice, (states[first].span, "this stays active"),
             )  # fmt: skip
         elif inside := [s for s in (first, *rest)[:-1] if states[s].kind is Kind.PARALLEL]:
             name = states[inside[0]].id
-            self._refuse(
+            self._report(
                 f"no way into one region of `{name}` that enters the others too",
                 transition.span,
                 f"let it lead to `{name}`",

@@ -65,12 +65,12 @@ class Order:
         (target,) = transition.targets
         if self.chart.states[target].is_history:
             return self.plan.parents[target]
-        deepest = here = target
-        while (initial := self._initial(here)) is not None:
+        deepest = state = target
+        while (initial := self._initial(state)) is not None:
             (inner,) = initial.targets
-            if self.plan.parents[inner] != here:
+            if self.plan.parents[inner] != state:
                 deepest = inner
-            here = inner
+            state = inner
         return deepest
 
     def _initial(self, index: int) -> Transition | None:

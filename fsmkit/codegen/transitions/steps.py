@@ -94,14 +94,14 @@ class Order(Always):
 
     def _select(self, event_data: Any) -> list[Any]:
         """Return the transitions that are enabled; of two that leave one state only one."""
-        asked: dict[int, bool] = {}
+        results: dict[int, bool] = {}
         chosen: list[Any] = []
         separator = self.state_cls.separator
         for leaf in self._active():
-            path, found = leaf, self._first(leaf, event_data, asked)
+            path, found = leaf, self._first(leaf, event_data, results)
             while found is None and separator in path:
                 path = path.rpartition(separator)[0]
-                found = self._first(path, event_data, asked)
+                found = self._first(path, event_data, results)
             if found is None or found in chosen:
                 continue
             left = self._left(found, event_data)
@@ -110,12 +110,12 @@ class Order(Always):
                 chosen = [*(other for other in chosen if other not in rivals), found]
         return chosen
 
-    def _first(self, path: str, event_data: Any, asked: dict[int, bool]) -> Any:
-        """Return the first enabled transition of a state; each guard is asked once."""
+    def _first(self, path: str, event_data: Any, results: dict[int, bool]) -> Any:
+        """Return the first enabled transition of a state; each guard is evaluated once."""
         for transition in event_data.event.transitions.get(path, ()):
-            if id(transition) not in asked:
-                asked[id(transition)] = transition._eval_conditions(event_data)  # noqa: SLF001
-            if asked[id(transition)]:
+            if id(transition) not in results:
+                results[id(transition)] = transition._eval_conditions(event_data)  # noqa: SLF001
+            if results[id(transition)]:
                 return transition
         return None
 

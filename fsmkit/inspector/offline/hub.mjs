@@ -17,7 +17,7 @@ const STATE_EVERY = 1000;
 const CLOCK_EVERY = 100000;
 const MOST_POINTS = 100;
 const MOST_LOOKED = 512;
-const BRACES = /\{([^{}]*)\}/; // what stands in the text of a log for a value
+const BRACES = /\{([^{}]*)\}/; // the placeholder of a value in the text of a log
 const KINDS = ["entered", "left", "taken", "event", "sent", "fault", "error", "lost", "condition", "changed", "property"];
 const WORDS = { entered: ["+"], left: ["-"], taken: ["t"], sent: ["out", "raise", "send"], fault: ["fault"], error: ["error"], lost: ["full"] };
 const CAN = ["post", "set", "returns", "run", "pause", "step", "back", "forward", "seek", "break", "unbreak",
@@ -123,7 +123,7 @@ export class Hub {
     if (this.isRunning) this.isRunning = wasRunning;
   }
 
-  /** Take a step; return false if there is none until that time. */
+  /** Take a step; return false if no step is possible until that time. */
   step(until) {
     const before = this.moment;
     let done;

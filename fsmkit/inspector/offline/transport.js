@@ -42,7 +42,7 @@ function offerScenarios(scenarios) {
   document.querySelector("aside").prepend(make("section", { "aria-labelledby": "h-scenarios" }, title, make("div", { class: "bar", id: "scenarios" }, ...buttons)));
 }
 
-/** Stands in for the picture of a plant, which only a server has. */
+/** An empty replacement for the picture of a plant, which only a server has. */
 class Plant {
   begin() {}
 

@@ -2,11 +2,11 @@
 // What part of a drawing is seen: whole, followed, zoomed, moved; and a small map of it all.
 
 const LETTER = 10; // units of the letters in a drawing: `SMALL` of diagram/states/dot
-const LEAST = 11; // pixels of letters that are read
-const OVERVIEW = 8; // pixels of letters with which a drawing is still shown whole
+const LEAST = 11; // the size of legible letters, in pixels
+const OVERVIEW = 8; // the size of letters down to which a drawing is shown whole, in pixels
 const MOST = 17;
 const MAP_GAP = 6; // pixels between the small map and the frame
-const REST = 500; // milliseconds between two moves of what follows
+const REST = 500; // milliseconds between two moves of a following view
 const LASTING = 1000; // milliseconds for which a state that was left is still followed
 
 class Look {
@@ -142,7 +142,7 @@ class Look {
     const { width, height } = this;
     const [, , w, h] = this.whole;
     const unit = this.unit();
-    const left = this.box[0] - (width * unit - this.box[2]) / 2; // where the frame begins: the box is in its middle
+    const left = this.box[0] - (width * unit - this.box[2]) / 2; // the left edge of the frame, centred on the box
     const top = this.box[1] - (height * unit - this.box[3]) / 2;
     const corners = [[1, 1], [0, 1], [1, 0], [0, 0]];
     if (this.corner) corners.unshift(this.corner);

@@ -11,8 +11,8 @@ class Session {
     this.machines = new Map(); // name: see `machineOf`
     this.charts = new Map(); // hash: the chart
     this.entries = new Map(); // n: {n, at, m, text, on: its active leaves where they changed, moves: ["-" or "+", state]}
-    this.passed = new Map(); // n: what went between machines and host in that entry
-    this.points = new Map(); // number: what was asked for
+    this.passed = new Map(); // n: the events and calls between machines and host in that entry
+    this.points = new Map(); // number: the requested breakpoint
     this.isAgain = false; // entries of the history come, which are in the states already
     this.unnamed = []; // steps that came before their chart
     this.signals = [];
@@ -61,7 +61,7 @@ class Session {
         this.mode = { first: 0, ...message };
         break;
       case "points":
-        this.points = new Map(message.points.map(({ number, ...point }) => [number, point.on === "taken" ? { what: 0, ...point } : point])); // a 0 is left out
+        this.points = new Map(message.points.map(({ number, ...point }) => [number, point.on === "taken" ? { what: 0, ...point } : point])); // zeros are omitted
         break;
       case "log": {
         const entry = this.entries.get(message.n);

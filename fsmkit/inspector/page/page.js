@@ -1,7 +1,7 @@
 "use strict";
 // The page: a transport, a session, and at most one paint in an animation frame.
 
-const QUESTIONS = new Set(["picture", "chart", "events", "branches", "history", "watch", "micro"]); // of the page itself: a refusal shown stays
+const QUESTIONS = new Set(["picture", "chart", "events", "branches", "history", "watch", "micro"]); // of the page itself: a shown error stays
 const SLOW = 12; // milliseconds of a paint, beyond which there are at most 30 in a second
 const session = new Session();
 const waiting = new Map(); // id: resolve
@@ -83,7 +83,7 @@ async function askBranches() {
 }
 
 // Charts are large: they are requested one after the other, and drawings only for those in view.
-const askedFor = new Map(); // hash: what was left out of its drawing, or UNDRAWN
+const askedFor = new Map(); // hash: the parts omitted from its drawing, or UNDRAWN
 const UNDRAWN = "-";
 const folds = new Map(); // hash: the states that are folded
 

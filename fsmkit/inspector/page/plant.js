@@ -12,7 +12,7 @@ class Plant {
     this.asked = null; // the session whose picture has come
   }
 
-  /** Ask for the picture of a session, until it has come. */
+  /** Request the picture of a session until it arrives. */
   async begin() {
     const { hello } = this.session;
     this.signals = new Map((hello.signals || []).map((name, place) => [name, place]));

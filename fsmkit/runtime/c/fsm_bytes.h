@@ -71,7 +71,7 @@ static inline uint32_t fsm_find(const uint16_t *table, uint32_t length, uint32_t
     return place;
 }
 
-/* The bits of a scalar as they are saved: processors have several of what is not a number. */
+/* The saved bits of a scalar: one pattern for NaN, of which processors have several. */
 static inline uint64_t fsm_saved_bits(const fsm_type *type, const void *value)
 {
     const uint64_t bits = fsm_bits_at(type, value);

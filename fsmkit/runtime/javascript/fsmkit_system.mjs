@@ -384,7 +384,7 @@ export class Simulation {
     return queue.length + deferred.length + this.definition(machine).microsteps;
   }
 
-  /** Process the next event or timer of the present turn; null if there is none. */
+  /** Process the next event or timer of the current turn; null without one. */
   within(moment, turn) {
     const { machine, isSingle } = turn;
     const snapshot = moment.snapshots[machine];

@@ -13,7 +13,7 @@ import pytest
 
 from fsmkit.cli import execute
 from fsmkit.codegen.existing_c.headers import parsing
-from fsmkit.codegen.existing_c.headers.folders import Compiler, asked
+from fsmkit.codegen.existing_c.headers.folders import Compiler, compiler_of
 from fsmkit.codegen.existing_c.headers.model import Header
 from fsmkit.codegen.existing_c.headers.parsing import read_header
 from fsmkit.codegen.existing_c.headers.words import alike, likeness, words
@@ -63,7 +63,7 @@ static inline int twice(int x) { return 2 * x; }
 def reading(require_tool: RequireTool, tmp_path: Path) -> Callable[[str], Header]:
     """Return what reads the text of a header."""
     need(find_spec("clang") is not None, "libclang")
-    compiler = asked([require_tool("cc")], [])
+    compiler = compiler_of([require_tool("cc")], [])
 
     def read(text: str) -> Header:
         path = tmp_path / "some.h"
@@ -81,7 +81,7 @@ def test_what_a_header_declares(reading: Callable[[str], Header]) -> None:
         "RED": -1, "GREEN": 0, "BLUE": 7, "ONE": 1,
     }  # fmt: skip
     assert {each.name for each in found.enumerations if each.is_own} == {"enum colour", "number"}
-    refused = {each.name: each.refused for each in found.structs if each.is_own}
+    refused = {each.name: each.rejection for each in found.structs if each.is_own}
     assert {name for name, why in refused.items() if not why} == {"plain", "struct tagged"}
     assert set(refused) > {"struct pointing", "struct flexible", "struct holding", "struct nested"}
     assert "int *" in refused["struct pointing"]
@@ -121,7 +121,7 @@ def test_after_an_error_nothing_is_read(
 @pytest.mark.parametrize("command", [["false"], ["/no/such/compiler"], ["echo", "hello"]])
 def test_what_is_no_compiler_is_told(command: list[str]) -> None:
     with pytest.raises(FsmkitError) as caught:
-        asked(command, [])
+        compiler_of(command, [])
     assert caught.value.diagnostics[0].rule.name == "header-not-read"
 
 

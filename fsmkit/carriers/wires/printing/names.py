@@ -73,6 +73,6 @@ def names_of(board: Board) -> BoardNames:
     devices = tuple(others.name(unreserved(snake(device.name))) for device in board.devices)
     told = {
         (node.numbers[machine], port): name
-        for (machine, port), name in NodePrinter(node, parts).told_names().items()
+        for (machine, port), name in NodePrinter(node, parts).host_function_names().items()
     }
     return BoardNames(board, node, by_number, signals, devices, told)

@@ -1,6 +1,6 @@
-/* Machines that lie in the slots of another, and what they tell each other (SCXML 6.4, 6.5). */
+/* Machines in the slots of another, and the events between them (SCXML 6.4, 6.5). */
 
-/* An event for the machine that invoked this one; what is sent when that cancels goes nowhere. */
+/* Send an event to the invoker; it is dropped while the invoker cancels this machine. */
 static void self_to_invoker(self *m, const self_event *e)
 {
     FSM_HOOK_EVENT(m, FSM_LEFT, e);
@@ -19,7 +19,7 @@ static void self_to_invoker(self *m, const self_event *e)
 }
 
 #if SLOTS
-/* What the machine `SLOT_ID` has come to: a slot is empty when its machine has ended. */
+/* Clear the slot `SLOT_ID` after its machine has ended; its fault stops this machine. */
 static void self_absorb_N(self *m)
 {
     if (m->SLOT.fsm.running) {
@@ -32,7 +32,7 @@ static void self_absorb_N(self *m)
     }
 }
 
-/* Its state is left: it ends, too (SCXML 6.4.3). */
+/* End the machine when its state is exited (SCXML 6.4.3). */
 static void self_end_N(self *m)
 {
     if (!m->SLOT.fsm.running) {
@@ -42,14 +42,14 @@ static void self_end_N(self *m)
     self_absorb_N(m);
 }
 
-/* The machine in whose slot `SLOT_ID` a machine lies. */
+/* Return the machine whose slot `SLOT_ID` contains a machine. */
 static self *self_holder_of_N(inside *m)
 {
     return (self *)(void *)((unsigned char *)m - offsetof(self, SLOT));
 }
 
-/* Let invoked machines take one event each, in document order, until all are quiet; what is left
- * after that many rounds waits for the next step. */
+/* Process one event of each invoked machine, in document order, until all are quiet. The events left
+ * after the maximum of rounds wait for the next step. */
 static bool self_run_invoked(self *m)
 {
     bool acted = false;
@@ -67,7 +67,7 @@ static bool self_run_invoked(self *m)
     return acted;
 }
 
-/* Here nothing happened, or it is done: invoked machines go on. */
+/* The step of this machine is complete: run the invoked machines. */
 static bool self_go_on(self *m)
 {
     m->fsm.busy = true;

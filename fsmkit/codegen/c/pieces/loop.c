@@ -1,4 +1,4 @@
-/* The steps of a machine: the loop of Appendix D, and what a host calls. */
+/* The steps of a machine: the loop of Appendix D, and the functions for hosts. */
 
 static fsm_result self_unhandled(self *m, const self_event *e)
 {
@@ -11,7 +11,7 @@ static fsm_result self_unhandled(self *m, const self_event *e)
 }
 
 #if LOOPS
-/* Until the configuration is stable: Appendix D, mainEventLoop, its inner loop. */
+/* Run microsteps until the configuration is stable: Appendix D, inner loop of mainEventLoop. */
 #endif
 #if SETTLES && INVOKING
 static bool self_complete(self *m)
@@ -45,7 +45,7 @@ static bool self_settle(self *m)
     return acted;
 }
 
-/* All of mainEventLoop: what is entered invokes, and what is invoked goes on until it is quiet. */
+/* Complete a macrostep of mainEventLoop: entered states invoke, and invoked machines run until quiet. */
 static bool self_settle(self *m)
 {
     bool acted = self_complete(m);
@@ -121,7 +121,7 @@ static bool self_settle(self *m)
 #endif
 
 #if RESTS
-/* What is left of a macrostep is nothing, so that equal states are equal bytes. */
+/* Clear the temporary data of a macrostep, so equal states have equal bytes. */
 static void self_rest(self *m)
 {
 #if EVENT
@@ -148,7 +148,7 @@ static void self_begin(self *m)
 }
 #endif
 
-/* One macrostep for an event that is out of its queue. */
+/* Run a macrostep for an event that was taken from its queue. */
 static fsm_result self_macrostep(self *m, const self_event *e SELF_MAY_DEFER SELF_IS_EXTERNAL)
 {
 #if BEGINS
@@ -302,7 +302,7 @@ fsm_result self_dispatch(self *m, const self_event *e, uint32_t now)
         return FSM_STOPPED;
     }
 #else
-#ifdef FSM_HOOKS /* which must not be told of it; otherwise it is found out below */
+#ifdef FSM_HOOKS /* which must not see this event; otherwise it is detected below */
     if (SELF_STOPPED) {
         return FSM_STOPPED;
     }

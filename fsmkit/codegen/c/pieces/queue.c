@@ -10,7 +10,7 @@ static void self_stop(self *m, fsm_fault fault, const char *why)
     }
 }
 
-/* Take an event out of a queue; what it frees is zero, so that equal queues are equal bytes. */
+/* Take an event out of a queue; its bytes become zero, so equal queues have equal bytes. */
 static self_event self_take_out(self_event *queue, uint8_t *count, uint8_t room, uint8_t place)
 {
     self_event e = queue[place];
@@ -31,7 +31,7 @@ static bool self_has_room(const self *m)
 #endif
 }
 
-/* Put an event into the queue; one that finds it full is counted. */
+/* Put an event into the queue; count it if the queue is full. */
 static bool self_enqueue(self *m, const self_event *e)
 {
 #if DEFERS

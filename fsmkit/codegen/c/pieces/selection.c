@@ -1,4 +1,4 @@
-/* Transitions that may preempt each other, and how any are taken. */
+/* Transitions that may preempt each other, and taking transitions by number. */
 
 #if !SINGLE
 typedef struct {
@@ -26,7 +26,7 @@ static void self_add(self_selection *found, self_taken taken)
     }
 }
 
-/* Whether what one transition leaves and what the other leaves have states in common. */
+/* Return whether the exit sets of two transitions intersect. */
 static bool self_conflict(uint16_t d1, uint16_t d2)
 {
     if (d1 == 0u || d2 == 0u) {
@@ -68,8 +68,8 @@ static void self_remove_conflicts(const self *m, self_selection *found)
     *found = kept;
 }
 
-/* Leave, act, enter (Appendix D, microstep), in the order of the atomic states that selected what
-   is found: that is the order of the domains, too, none of which is in another. */
+/* Exit, act, enter (Appendix D, microstep). The order of the atomic states that selected is also the
+ * order of the domains, none of which contains another. */
 static void self_microstep(self *m, const self_selection *found)
 {
     uint16_t domains[SELF_REGIONS] = {0u};
@@ -92,7 +92,7 @@ static void self_microstep(self *m, const self_selection *found)
     }
 }
 
-/* Whether a transition was found of a state, or of one below it. */
+/* Return whether a transition of a state or of its descendants was selected. */
 static bool self_is_answered(const self_selection *found, uint16_t state)
 {
     for (uint16_t i = 0u; i < found->count; i++) {
@@ -138,7 +138,7 @@ static bool self_take_eventless(self *m)
     return true;
 }
 
-/* What is left of the events: transitions that may preempt each other. */
+/* The other events: their transitions may preempt each other. */
 static fsm_result self_respond_any(self *m, const self_event *e)
 {
     self_selection found = {{0}, 0, false};
@@ -263,7 +263,7 @@ static fsm_result self_react(self *m, const self_event *e)
 }
 #endif
 
-/* Whether there may be another microstep: not one too many, and not after a fault. */
+/* Return whether another microstep may follow: none after the limit or a fault. */
 static bool self_may_go_on(self *m)
 {
     if (m->fsm.budget == 0u) {

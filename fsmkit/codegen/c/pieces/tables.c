@@ -1,7 +1,7 @@
-/* What reads the tables of a small machine.
+/* The functions that read the tables of a small machine.
  *
- * A state that is active is one of SELF_PLACES, and a path ends with 0: the bounds below say so to an
- * analysis of the code, which does not follow what the tables hold. */
+ * An active state is one of SELF_PLACES, and a path ends with 0. The bounds below state this for static
+ * analysis, which does not evaluate the tables. */
 
 #if PLAIN
 /* Appendix D, selectTransitions, for one atomic state: the row plus one. */
@@ -39,7 +39,7 @@ static void self_enter_place(self *m, self_number place)
     self_entry_of(m, place);
 }
 
-/* Leave what is active, innermost first, until a state. */
+/* Exit the active states up to a state, innermost first. */
 static void self_leave_until(self *m, self_number until, bool keep)
 {
     self_number place = SELF_ACTIVE;
@@ -69,7 +69,7 @@ static void self_enter_place(self *m, self_number place)
     self_entry_of(m, place);
 }
 
-/* Leave what is active, innermost first, until a state; `last` is the last region below it. */
+/* Exit the active states up to a state, innermost first; `last` is the last region below it. */
 static void self_leave_until(self *m, self_number until, self_region last, bool keep)
 {
     for (self_region region = last;; region--) {
@@ -113,7 +113,7 @@ static void self_select_eventless_0(self *m, self_selection *found)
 }
 #endif
 
-/* Enter the states around a place and that itself, after those that are active. */
+/* Enter a state and those of its ancestors that are not active yet. */
 static void self_enter_recorded(self *m, uint16_t after, uint16_t last)
 {
     for (uint16_t place = after; place < last; place++) {

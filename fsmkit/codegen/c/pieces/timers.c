@@ -1,4 +1,4 @@
-/* Timers of states, and events that are sent later. */
+/* Timers of states, and delayed events. */
 
 static void self_arm(self *m, uint16_t transition, uint32_t delay)
 {
@@ -14,7 +14,7 @@ static void self_disarm(self *m, uint16_t transition)
 }
 
 #if DELAYS
-/* Delayed events stand in the order of their timers, so that equal states are equal bytes. */
+/* Delayed events are in the order of their timers, so equal states have equal bytes. */
 static void self_delay(self *m, const self_event *e, uint32_t delay, uint16_t mark, uint16_t route,
                     uint16_t peer)
 {
@@ -54,7 +54,7 @@ static self_delayed self_undelay(self *m, uint8_t rank)
     return found;
 }
 
-/* Drop the pending delayed sends of an id. */
+/* Cancel the pending delayed sends with an id. */
 static void self_cancel(self *m, uint16_t mark)
 {
     uint8_t rank = 0u;
@@ -73,7 +73,7 @@ static void self_cancel(self *m, uint16_t mark)
 }
 
 #else
-/* Nothing is sent later here, so there is nothing to drop. */
+/* The machine has no delayed events, so there is nothing to cancel. */
 static void self_cancel(self *m, uint16_t mark)
 {
     (void)m;

@@ -211,7 +211,7 @@ class TablePrinter(FormPrinter):
         self.table(out, "path_places", codes, "States to enter; each path ends with 0.")
         if self._specials:
             out.define("path_step")
-            out.line("/* What is asked or done on a path; returns how much of it to skip. */")
+            out.line("/* Run a special step of a path; return how many codes to skip. */")
             skipped = narrowest(len(codes), least="uint16_t")
             out.line(f"static {skipped} {p}_path_step({p} *m, {self._step_type} code)")
             with out.block("{"), out.block("switch (code) {"):
@@ -247,9 +247,9 @@ class TablePrinter(FormPrinter):
             return
         taken = self._tables.taken
         paths = [self._tables.path_of(t.index) for t in taken]
-        note = "By number of what is taken: what it leaves, then its path; 0 for none."
+        note = "By number taken: the domain, then the path; 0 for none."
         self.table(out, "path_of", paths or [0], note)
-        note = "By number of what is taken: the transition."
+        note = "By number taken: the transition."
         self.table(out, "transition_of", [t.index for t in taken] or [0], note)
         self.print_act(out)
 
@@ -330,7 +330,7 @@ class TablePrinter(FormPrinter):
         out.line()
         self._guards(out)
         out.define("row_table")
-        out.line("/* What is asked in each state: the event, the transition plus one. */")
+        out.line("/* The candidates of each state: the event, the transition plus one. */")
         with out.block(f"static const {ctype} {p}_row_table[{len(rows) or 1}][2] = {{", "};"):
             for row in rows:
                 taken, note = f"{upper}_DEFER", comment(self.chart.states[row.state].id + " defers")
@@ -387,7 +387,7 @@ class TablePrinter(FormPrinter):
             0 if t.guard is None else numbers[self.selection.memoized_guard(t)] for t in tried
         ]
         events = [row.event + 1 for row in rows]
-        self.table(out, "row_event", events or [0], "By row: the event that is asked for.")
+        self.table(out, "row_event", events or [0], "By row: the event.")
         self.table(out, "row_guard", guards or [0], "By row: the guard; 0 for none.")
 
     def _guard_function(

@@ -1,1 +1,1 @@
-"""Headers of C, read by libclang: what a binding can name, and a proposal of one."""
+"""C headers, read by libclang: the names for a binding, and a proposal of one."""

@@ -1,4 +1,4 @@
-"""Where a compiler of C finds the standard headers, and for which machine it compiles."""
+"""The folders and the target of a C compiler, which libclang needs to read the same headers."""
 
 from __future__ import annotations
 
@@ -14,26 +14,36 @@ from fsmkit.diagnostics import fail
 BEGIN = '#include "..." search starts here:'
 END = "End of search list."
 TARGET = re.compile(r"^Target: (\S+)$", re.MULTILINE)
-TELLING = ("-m", "-D", "-U", "-I", "-std=", "-fshort-", "-funsigned-", "-fsigned-", "-fno-short-")
-"""What options begin with that clang takes as gcc does."""
+OPTION_PREFIXES = (
+    "-m",
+    "-D",
+    "-U",
+    "-I",
+    "-std=",
+    "-fshort-",
+    "-funsigned-",
+    "-fsigned-",
+    "-fno-short-",
+)
+"""The prefixes of options that clang interprets as gcc does."""
 SECONDS = 30
 
 
 @dataclass(frozen=True, slots=True)
 class Compiler:
-    """What ``CC -E -v`` says: its own folders, in order, and its target, "" if it says none."""
+    """The output of ``CC -E -v``: the folders in order, and the target, "" if it is missing."""
 
     folders: tuple[str, ...]
     target: str
     options: tuple[str, ...] = ()
-    """Options of its command that change what a header declares."""
+    """The command's options that change the declarations of a header."""
 
 
-def asked(command: Sequence[str], options: Sequence[str]) -> Compiler:
+def compiler_of(command: Sequence[str], options: Sequence[str]) -> Compiler:
     """Return the folders and the target of a compiler, given the options of a build.
 
     Raises:
-        FsmkitError: ``header-not-read`` where it cannot be run, or names no folder.
+        FsmkitError: ``header-not-read`` if it cannot be run or lists no folder.
 
     """
     line = [*command, *options, "-E", "-v", "-x", "c", os.devnull]
@@ -48,20 +58,20 @@ def asked(command: Sequence[str], options: Sequence[str]) -> Compiler:
             env={**os.environ, "LC_ALL": "C"},
             stdin=subprocess.DEVNULL,
         )
-        told, code = done.stderr, done.returncode
+        output, code = done.stderr, done.returncode
     except (OSError, ValueError, subprocess.TimeoutExpired) as error:
-        told, code = f"{type(error).__name__}: {error}", 1
-    _, begun, rest = told.partition(BEGIN)
+        output, code = f"{type(error).__name__}: {error}", 1
+    _, started, rest = output.partition(BEGIN)
     listed, ended, _ = rest.partition(END)
     folders = tuple(each.strip() for each in listed.splitlines() if each.startswith(" "))
     found = tuple(folder for folder in folders if Path(folder).is_dir())
-    if code or not begun or not ended or not found:
-        last = next((each for each in reversed(told.splitlines()) if each.strip()), "nothing")
+    if code or not started or not ended or not found:
+        last = next((each for each in reversed(output.splitlines()) if each.strip()), "nothing")
         raise fail(
             "header-not-read",
             f"`{command[0]} -E -v` names no folder of headers; it says: {last.strip()[:200]}",
             help="set CC to the C compiler of the build, and give its options behind `--`",
         )
-    target = TARGET.search(told)
-    own = tuple(word for word in command[1:] if word.startswith(TELLING))
+    target = TARGET.search(output)
+    own = tuple(word for word in command[1:] if word.startswith(OPTION_PREFIXES))
     return Compiler(found, "" if target is None else target[1], own)

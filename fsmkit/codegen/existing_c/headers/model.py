@@ -1,4 +1,4 @@
-"""What a header declares, as far as a binding can use it."""
+"""The declarations of a header that a binding can use."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Sort(Enum):
-    """The sorts of types whose values a binding hands over."""
+    """The kinds of types whose values a binding can transfer."""
 
     INTEGER = "integer"
     FLOAT = "float"
@@ -15,12 +15,12 @@ class Sort(Enum):
     ENUM = "enum"
     NOTHING = "void"
     OTHER = "other"
-    """A pointer, a union, a struct: nothing that one number is."""
+    """Any other type: a pointer, a union, a struct."""
 
 
 @dataclass(frozen=True, slots=True)
 class CType:
-    """A type: its spelling, and the bounds of an integer's values."""
+    """A type: its name, and the bounds of an integer's values."""
 
     spelling: str
     sort: Sort
@@ -29,24 +29,24 @@ class CType:
 
     @property
     def is_number(self) -> bool:
-        """Whether a value is one number."""
+        """Whether a value is a single number."""
         return self.sort not in (Sort.NOTHING, Sort.OTHER)
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A macro or an enumerator that is a whole number. ``type``: as C has it."""
+    """A macro or an enumerator with an integer value. ``type``: its C type."""
 
     name: str
     value: int
     type: str
     is_own: bool
-    """Whether the header itself has it, not one that it includes."""
+    """Whether the header itself declares it, not an included one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Enumeration:
-    """An enumeration: how it is called in C, and its constants."""
+    """An enumeration: its name in C, and its constants."""
 
     name: str
     constants: tuple[Constant, ...]
@@ -55,7 +55,7 @@ class Enumeration:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A member of a struct: ``count`` elements if it is an array, 0 if it is none."""
+    """A member of a struct; ``count``: the elements of an array, 0 for other members."""
 
     name: str
     type: CType
@@ -64,17 +64,17 @@ class Member:
 
 @dataclass(frozen=True, slots=True)
 class Struct:
-    """A struct. ``refused``: why it is not offered, "" if it is."""
+    """A struct. ``rejection``: why it is not offered, or ""."""
 
     name: str
     members: tuple[Member, ...]
-    refused: str
+    rejection: str
     is_own: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function, or a variable that is read and written by its name."""
+    """A function, or a variable that is read and written by name."""
 
     name: str
     result: CType
@@ -86,7 +86,7 @@ class Function:
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A header with all that it includes."""
+    """A header with all headers that it includes."""
 
     name: str
     constants: tuple[Constant, ...]
@@ -94,4 +94,4 @@ class Header:
     structs: tuple[Struct, ...]
     functions: tuple[Function, ...]
     macros: int
-    """How many macros there are, whether they are numbers or not."""
+    """The number of macros, including those without a number."""

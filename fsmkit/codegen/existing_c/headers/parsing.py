@@ -1,7 +1,7 @@
-"""Reads a header with libclang, twice: declarations first, then the values of the macros.
+"""Reads a header with libclang in two passes: declarations, then the values of macros.
 
-After an error clang goes on with a guess (``int`` for a type that it does not know), so any error
-is the end: ``header-not-read``.
+After an error clang continues with a guess (``int`` for an unknown type). Therefore any error ends
+the reading: ``header-not-read``.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ from fsmkit.diagnostics import Findings, FsmkitError, Source, Span, Text, fail
 from fsmkit.diagnostics.paths import is_file
 
 LARGEST_MACRO = 2_000
-"""Characters of a macro whose value is looked for; longer ones are code."""
+"""The greatest length in characters of a macro whose value is computed."""
 PREFIX = "fsm_value_of_"
-"""What begins the names of the constants that hold the values of macros."""
+"""The prefix of the constants that receive the values of macros."""
 MOST_SECONDS = 10
-"""Seconds of a processor for a header; the largest of a vendor takes two."""
+"""The limit of processor seconds for a header; the largest vendor header takes two."""
 MOST_MEMORY = 4 << 30
-"""Bytes of address space."""
+"""The limit of address space in bytes."""
 BITS = {8, 16, 32, 64}
 
 
 def read_header(path: Path, compiler: Compiler, options: Sequence[str]) -> Header:
-    """Return what a header declares.
+    """Return the declarations of a header.
 
     Args:
         path: The header.
-        compiler: What the compiler of the build says of itself.
-        options: Of the build: ``-I``, ``-D`` and the like.
+        compiler: The folders and the target of the build's compiler.
+        options: The options of the build: ``-I``, ``-D`` and the like.
 
     Raises:
-        FsmkitError: ``missing-package`` without libclang, ``header-not-read`` after an error of
-            the parse, or where the file is not there, ``empty-file``.
+        FsmkitError: ``missing-package`` without libclang, ``header-not-read`` after a syntax error
+            or for a missing file, ``empty-file``.
 
     """
     if not is_file(path):
@@ -64,10 +64,10 @@ def read_header(path: Path, compiler: Compiler, options: Sequence[str]) -> Heade
 
 
 def _parsed(path: Path, compiler: Compiler, options: Sequence[str]) -> Header:
-    """Parse a header in a child process, whose memory and time are bounded.
+    """Parse a header in a child process with limits for memory and time.
 
-    Forty macros that each name the one before twice expand to 10^12 tokens, and libclang has no
-    bound of its own.
+    Forty macros, each of which uses the previous one twice, expand to 10^12 tokens, and libclang
+    has no limit of its own.
     """
     context = multiprocessing.get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
@@ -243,24 +243,24 @@ class _Parser:
         return Enumeration(name, constants, is_own)
 
     def _struct(self, cursor: Any, name: str) -> Struct:
-        members, refused = [], ""
+        members, rejection = [], ""
         for each in cursor.type.get_fields():
             if not each.spelling.isidentifier():  # padding of bit-fields, or what has no name
                 if not each.is_bitfield():
-                    refused = refused or "it holds a struct or a union without a name"
+                    rejection = rejection or "it holds a struct or a union without a name"
                 continue
             type_, count = self._element(each.type)
             if type_.sort is Sort.OTHER or count < 0:
-                refused = refused or f"`{each.spelling}` is {_told(each.type.spelling)}"
+                rejection = rejection or f"`{each.spelling}` is {_description(each.type.spelling)}"
             elif each.is_bitfield():
                 type_ = _narrowed(type_, each.get_bitfield_width())
             members.append(Member(each.spelling, type_, max(count, 0)))
         if not members:
-            refused = "it has no member"
-        return Struct(name, tuple(members), refused, self._is_own(cursor))
+            rejection = "it has no member"
+        return Struct(name, tuple(members), rejection, self._is_own(cursor))
 
     def _element(self, type_: Any) -> tuple[CType, int]:
-        """Return the type of a member, or of its elements and their number; -1: not known."""
+        """Return the type of a member, or of its elements and their number; -1: unknown."""
         kinds = self.clang.TypeKind
         canonical = type_.get_canonical()
         if canonical.kind == kinds.CONSTANTARRAY:
@@ -296,7 +296,7 @@ class _Parser:
     # --- macros ---------------------------------------------------------------------------------
 
     def _macro(self, cursor: Any) -> str:
-        """Return what a macro is replaced by; "" for one with parameters."""
+        """Return the replacement of a macro, or "" for a macro with parameters."""
         if self.clang.conf.lib.clang_Cursor_isMacroFunctionLike(cursor):
             return ""
         start, end = cursor.extent.start.offset, cursor.extent.end.offset
@@ -305,12 +305,12 @@ class _Parser:
         return " ".join(token.spelling for token in list(cursor.get_tokens())[1:])
 
     def _values(self, macros: dict[str, tuple[str, bool]]) -> Iterator[Constant]:
-        """Yield the macros that are whole numbers, with the value that the compiler gives them."""
-        asked = [name for name, (text, _) in macros.items() if text and _is_expression(text)]
-        if not asked:
+        """Yield the macros with integer values, each with the compiler's value."""
+        candidates = [name for name, (text, _) in macros.items() if text and _is_expression(text)]
+        if not candidates:
             return
         lines = [f'#include "{self.name}"']
-        for number, name in enumerate(asked):
+        for number, name in enumerate(candidates):
             lines.append(f"enum {{ {PREFIX}{number} = ({name}) }};")
             lines.append(f"extern __typeof__({name}) fsm_type_of_{number};")
         unit = self._parse("\n".join(lines) + "\n")
@@ -334,33 +334,33 @@ class _Parser:
                 values[number] = next(each.enum_value for each in cursor.get_children())
             elif cursor.kind == self.clang.CursorKind.VAR_DECL:
                 types[number] = cursor.type.get_canonical().spelling
-        for number, name in enumerate(asked):
+        for number, name in enumerate(candidates):
             if number in values and number in types:
                 yield Constant(name, values[number], types[number], macros[name][1])
 
 
 def _is_expression(text: str) -> bool:
-    """Whether a text may be one expression: then it spoils no line but its own."""
+    """Whether a text may be a single expression, so an error in it stays in its line."""
     source = Source("<macro>", text)
     return read_expression(Text(text, Span(source, 0, len(text))), Findings()) is not None
 
 
 def _is_called(name: str) -> bool:
-    """Whether a type has a name: clang calls others by their place."""
+    """Whether a type has a name; clang describes others by their location."""
     words = name.split()
     is_tag = len(words) == 2 and words[0] in ("struct", "enum")
     return (is_tag or len(words) == 1) and words[-1].isidentifier()
 
 
-def _told(spelling: str) -> str:
-    """Return what a member is; clang calls a type without a name by its place."""
+def _description(spelling: str) -> str:
+    """Return a description of a member; clang names an anonymous type by its location."""
     if "(" in spelling and " at " in spelling:
         return "a union or a struct without a name"
     return f"of the type {spelling}"
 
 
 def _narrowed(type_: CType, bits: int) -> CType:
-    """Return the type of a bit-field of some bits."""
+    """Return the type of a bit-field with the given number of bits."""
     if type_.sort is not Sort.INTEGER or bits <= 0:
         return type_
     if type_.lo < 0:
@@ -369,7 +369,7 @@ def _narrowed(type_: CType, bits: int) -> CType:
 
 
 def _place(diagnostic: Any) -> Span | None:
-    """Return the place of an error in its file, if that can be read as text."""
+    """Return the location of an error in its file, if that is readable text."""
     location = diagnostic.location
     if location.file is None:
         return None

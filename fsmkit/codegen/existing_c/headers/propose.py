@@ -1,7 +1,7 @@
-"""What of a header a chart may mean: by names that are alike, and only where values agree.
+"""Proposes a binding from a header: by similar names, and only where values agree.
 
-Nothing is guessed: a constant of another value, a member that a type does not have, an argument
-that is a pointer, or two that fit alike become a remark for whoever writes the binding.
+Nothing is guessed. A constant of another value, a missing member, a pointer argument or two equal
+candidates become a remark for the author of the binding.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from fsmkit.emit import plain
 from fsmkit.language.conversion import integer_bounds
 
 MOST_NAMED = 5
-"""Candidates that a remark names."""
+"""The greatest number of candidates in a remark."""
 
 
 @dataclass
 class Proposal:
-    """Entries of a binding by key and name, and remarks, by key, on what was not proposed."""
+    """Entries of a binding by key and name, and remarks by key on missing entries."""
 
     constants: dict[str, str] = field(default_factory=dict)
     enumerations: dict[str, tuple[str, dict[str, str]]] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class Proposal:
     sends: dict[str, str] = field(default_factory=dict)
     inputs: dict[str, str] = field(default_factory=dict)
     outputs: dict[str, tuple[str, bool]] = field(default_factory=dict)
-    """An expression, and whether it is one of `value`."""
+    """Each output with its expression, and whether the expression uses `value`."""
     remarks: dict[str, list[str]] = field(default_factory=dict)
 
     def remark(self, key: str, text: str) -> None:
@@ -58,7 +58,7 @@ class Proposal:
 
 
 def proposed(chart: Chart, header: Header) -> Proposal:
-    """Return what a header offers for a chart."""
+    """Return the proposal for a chart from a header."""
     found = Proposal()
     for type_ in chart.types:
         if isinstance(type_, lang.EnumType):
@@ -130,9 +130,9 @@ def _enumeration(type_: lang.EnumType, header: Header, found: Proposal) -> None:
 
 
 def _members(type_: lang.EnumType, enumeration: Enumeration) -> dict[str, str] | None:
-    """Return the constant of each member, if each has one of its number.
+    """Return the constant of each member, if all have one with their number.
 
-    Half of them must be called alike; then the others may be called otherwise, as `none` and `OK`.
+    At least half of them must have similar names; the others may differ, as `none` and `OK`.
     """
     members = {}
     unlike = 0
@@ -148,7 +148,7 @@ def _members(type_: lang.EnumType, enumeration: Enumeration) -> dict[str, str] |
 
 
 def _differences(type_: lang.EnumType, enumeration: Enumeration) -> str:
-    """Return how the numbers of an enumeration differ whose names are all there."""
+    """Return how the numbers of an enumeration differ although all names exist."""
     different = []
     for number, member in zip(type_.numbers, type_.members, strict=True):
         best = alike(plain(member), enumeration.constants, _name)
@@ -166,8 +166,8 @@ def _record(type_: lang.RecordType, header: Header, found: Proposal) -> None:
         fields = _fields(type_, struct)
         if not fields:
             continue
-        if struct.refused:
-            found.remark("types", f"{name}: `{struct.name}` is not offered: {struct.refused}")
+        if struct.rejection:
+            found.remark("types", f"{name}: `{struct.name}` is not offered: {struct.rejection}")
             continue
         fitting.append((likeness(name, struct.name), struct, fields))
     best = [each for each in fitting if each[0] == max(score for score, _, _ in fitting)]
@@ -178,7 +178,7 @@ def _record(type_: lang.RecordType, header: Header, found: Proposal) -> None:
 
 
 def _fields(type_: lang.RecordType, struct: Struct) -> dict[str, str] | None:
-    """Return the member for each field, if each has one that holds its values."""
+    """Return the member for each field, if all have one that holds their values."""
     fields: dict[str, str] = {}
     for part in type_.fields:
         fitting = [member for member in struct.members if _holds(member, part.type)]
@@ -197,7 +197,7 @@ def _holds(member: Member, type_: lang.Type) -> bool:
 
 
 def _takes(ctype: CType, type_: lang.Type) -> bool:
-    """Whether a type of C has all values of a type of a chart."""
+    """Whether a C type holds all values of a type of a chart."""
     if isinstance(type_, lang.FloatType):
         return ctype.sort is Sort.FLOAT
     if not is_scalar(type_) or not ctype.is_number:
@@ -216,7 +216,7 @@ def _takes(ctype: CType, type_: lang.Type) -> bool:
 def _call(
     name: str, fields: tuple[lang.Field, ...], header: Header, found: Proposal, key: str
 ) -> tuple[Function, str] | None:
-    """Return the function that is called for something, and the call; else None, and a remark."""
+    """Return the function for an item and its call, or None after a remark."""
     named = alike(name, (each for each in header.functions if not each.is_variable), _name)
     fitting = [each for each in named if _accepts(each, fields)]
     if len(fitting) == 1:
@@ -276,14 +276,14 @@ def _output(name: str, type_: lang.Type, header: Header, found: Proposal) -> Non
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """A declaration for the chart of something that the header has: a line of YAML of its key."""
+    """A proposed declaration for the chart: a line of YAML under a key."""
 
     key: str
     line: str
 
 
 def offers(chart: Chart, header: Header, proposal: Proposal) -> Iterator[Offer]:
-    """Yield what the header itself declares and the chart does not have yet."""
+    """Yield the header's own declarations that the chart lacks."""
     bound = {*proposal.constants.values()}
     for _, members in proposal.enumerations.values():
         bound |= {*members.values()}
@@ -298,20 +298,20 @@ def offers(chart: Chart, header: Header, proposal: Proposal) -> Iterator[Offer]:
         if enumeration.is_own and enumeration.name not in types:
             yield Offer("types", f"{_word(enumeration.name)}: [{_numbered(enumeration)}]")
     for struct in header.structs:
-        if struct.is_own and struct.name not in types and not struct.refused:
+        if struct.is_own and struct.name not in types and not struct.rejection:
             fields = ", ".join(f"{each.name}: {_declared(each)}" for each in struct.members)
             yield Offer("types", f"{_word(struct.name)}: {{{fields}}}")
 
 
-def refusals(header: Header) -> Iterator[str]:
-    """Yield why structs of the header itself are not offered."""
+def rejections(header: Header) -> Iterator[str]:
+    """Yield the reasons why structs of the header are not offered."""
     for struct in header.structs:
-        if struct.is_own and struct.refused:
-            yield f"{struct.name}: {struct.refused}"
+        if struct.is_own and struct.rejection:
+            yield f"{struct.name}: {struct.rejection}"
 
 
 def _numbered(enumeration: Enumeration) -> str:
-    """Return the members of an enumeration, with numbers where they do not go on by one."""
+    """Return the members of an enumeration, with numbers unless they are consecutive."""
     texts, following = [], 0
     for constant in enumeration.constants:
         is_next = constant.value == following

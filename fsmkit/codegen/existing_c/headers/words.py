@@ -1,4 +1,4 @@
-"""How alike a name of a chart and a name of a header are: both are words, joined in any way."""
+"""The similarity of names in a chart and in a header: both are joined words."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ EXACT, ENDS, BEGINS, HOLDS, UNLIKE = 4, 3, 2, 1, 0
 
 @lru_cache(maxsize=1 << 16)
 def words(name: str) -> tuple[str, ...]:
-    """Return the words of a name in lower case: of ``BMS_AmpsMax`` three."""
+    """Return the words of a name in lower case: three for ``BMS_AmpsMax``."""
     return tuple(word.lower() for word in WORD.findall(name))
 
 
 def likeness(name: str, other: str) -> int:
-    """Return how alike they are: the same words, at the end, at the beginning, within; 0: not."""
+    """Return the similarity of names by common words: all, at the end, start, inside; 0: none."""
     own, theirs = words(name), words(other)
     if not own or len(theirs) < len(own):
         return UNLIKE
@@ -34,7 +34,7 @@ def likeness(name: str, other: str) -> int:
 
 
 def alike(name: str, found: Iterable[Found], key: Callable[[Found], str]) -> list[Found]:
-    """Return those that are most alike; none where no name is alike at all."""
+    """Return the most similar candidates, or none if no name is similar."""
     best: list[Found] = []
     most = UNLIKE
     for each in found:

@@ -1,4 +1,4 @@
-"""A proposal as the text of a binding; what was not proposed stands in comments."""
+"""Formats a proposal as a binding file, with the unused declarations in comments."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsmkit.emit.lines import one_line
 from fsmkit.yaml.layout import quoted
 
 MOST_OFFERS = 40
-"""Lines of what the header has and the chart does not."""
+"""The number of header declarations without a use in the chart, beyond which they are cut."""
 PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-")
 WIDTH = 130
 
@@ -20,7 +20,7 @@ def binding_text(
     includes: Sequence[str],
     proposal: Proposal,
     offered: Sequence[Offer] = (),
-    refused: Sequence[str] = (),
+    rejected: Sequence[str] = (),
 ) -> str:
     """Return the text of a binding.
 
@@ -29,8 +29,8 @@ def binding_text(
         file: Its file, relative to the binding.
         includes: The headers, as the compiler finds them.
         proposal: The entries, and remarks.
-        offered: What the chart could declare, for comments.
-        refused: What is not offered, and why, for comments.
+        offered: Possible declarations for the chart, as comments.
+        rejected: The reasons why structs are not offered, as comments.
 
     """
     lines = [f"binding: {_scalar(chart)}", f"chart: {_scalar(file)}"]
@@ -56,7 +56,7 @@ def binding_text(
     }
     written = [f"  {_scalar(name)}: {text}" for name, text in outputs.items()]
     lines += _section("outputs", written, remarks)
-    lines += _offers(offered, refused)
+    lines += _offers(offered, rejected)
     return "\n".join(lines) + "\n"
 
 
@@ -70,18 +70,18 @@ def _section(key: str, written: list[str], remarks: dict[str, list[str]]) -> lis
     return [*([f"{key}:", *written] if written else ()), *told]
 
 
-def _offers(offered: Sequence[Offer], refused: Iterable[str]) -> list[str]:
+def _offers(offered: Sequence[Offer], rejected: Iterable[str]) -> list[str]:
     lines = []
     if offered:
         lines.append("# The header has, and the chart could declare:")
         lines += [f"#   {each.key}: {_short(each.line)}" for each in offered[:MOST_OFFERS]]
         if len(offered) > MOST_OFFERS:
             lines.append(f"#   and {len(offered) - MOST_OFFERS} more")
-    told = [f"#   {_short(each)}" for each in refused]
-    if told:
-        lines += ["# Not offered:", *told[:MOST_OFFERS]]
-        if len(told) > MOST_OFFERS:
-            lines.append(f"#   and {len(told) - MOST_OFFERS} more")
+    structs = [f"#   {_short(each)}" for each in rejected]
+    if structs:
+        lines += ["# Not offered:", *structs[:MOST_OFFERS]]
+        if len(structs) > MOST_OFFERS:
+            lines.append(f"#   and {len(structs) - MOST_OFFERS} more")
     return lines
 
 
@@ -95,7 +95,7 @@ def _flow(entries: dict[str, str]) -> str:
 
 
 def _scalar(text: str) -> str:
-    """Return a text in YAML: quoted, but for plain words."""
+    """Return a YAML scalar, quoted unless it is a plain word."""
     words = text.split(" ")
     is_plain = all(word and set(word) <= PLAIN for word in words) and text[0] not in "-."
     return text if is_plain else quoted(text)

@@ -195,7 +195,7 @@ fmi2Status fmi2GetReal(REFERENCES, fmi2Real values[])
     return fmi2OK;
 }
 
-/* Whether a value has a float: it is none that is finite and beyond the greatest. */
+/* Whether a float can hold a value: it is not finite, or within the range of floats. */
 static bool is_float(double value)
 {
     return (value >= -FLT_MAX && value <= FLT_MAX) || !(value >= -DBL_MAX && value <= DBL_MAX);

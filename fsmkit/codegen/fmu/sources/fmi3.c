@@ -274,7 +274,7 @@ fmi3Status fmi3SetClock(REFERENCES, const fmi3Clock values[])
             return refuse(c, "no such Clock");
         }
         if (fmu_rows[vr[k]].source == FMU_DEADLINE) {
-            continue; /* time does what is due, whoever says so */
+            continue; /* time alone fires timers */
         }
         if (!fmu_set((fmu_instance *)c, vr[k], values[k] ? 1u : 0u)) {
             return refuse(c, "not an input Clock");

@@ -254,7 +254,7 @@ static bool is_running(const fmu_instance *i, uint32_t reference)
     return fsm_is_running(info_of(row), machine_in(&i->state, row->part));
 }
 
-/* Let the machines do what is due. */
+/* Run the machines until the current time. */
 static void run(fmu_instance *i)
 {
     fmu_state *s = &i->state;
@@ -362,7 +362,7 @@ fmu_copy *fmu_save(const fmu_instance *i, fmu_copy *over)
     return over;
 }
 
-/* FNV-1a, 64 bits: what was damaged on its way is refused. */
+/* FNV-1a, 64 bits, to reject damaged states. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = UINT64_C(0xcbf29ce484222325);

@@ -70,7 +70,7 @@ typedef struct {
     uint64_t bits[FMU_WIDEST];
 } fmu_message;
 
-/* All that a step can change: bytes without a pointer, so a copy is a snapshot. */
+/* The state that a step can change: bytes without a pointer, so a copy is a snapshot. */
 typedef struct {
     fmu_machine machine; /* or the system with all of them */
     uint64_t held[FMU_COUNT]; /* payloads, results, counters, Clocks */
@@ -78,8 +78,8 @@ typedef struct {
     fmu_message pending[FMU_PENDING];
     uint32_t pending_first, pending_count;
     double time, start;
-    bool is_overrun;  /* more was pending than there is room for */
-    bool is_restless; /* machines that send to each other without an end */
+    bool is_overrun;  /* more messages were pending than fit */
+    bool is_restless; /* machines that send to each other endlessly */
 } fmu_state;
 
 typedef struct {
@@ -97,8 +97,8 @@ typedef struct {
 fmu_instance *fmu_take(void);         /* NULL: none is free */
 void fmu_reset(fmu_instance *i);
 void fmu_start(fmu_instance *i);
-void fmu_run(fmu_instance *i);        /* post what is set, then do what is due */
-bool fmu_next(fmu_instance *i);       /* make the next message current; false: there is none */
+void fmu_run(fmu_instance *i);        /* post the set events, then run until the current time */
+bool fmu_next(fmu_instance *i);       /* make the next message current; false: no message */
 bool fmu_deadline(const fmu_instance *i, double *at);
 bool fmu_is_due_within(const fmu_instance *i, double end, double *at); /* after now, in ticks */
 const char *fmu_trouble(const fmu_instance *i); /* why no step is possible; NULL */

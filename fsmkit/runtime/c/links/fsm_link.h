@@ -277,7 +277,7 @@ typedef struct {
 
 void fsm_link_set_beside(fsm_link *link, const fsm_link_beside *beside, void *fan);
 
-/* Store the next complete frame to send; return false if there is none. One thread only. */
+/* Store the next complete frame to send; return false without one. One thread only. */
 bool fsm_link_next(fsm_link *link, fsm_link_frame *frame);
 
 /* Receive bytes from the endpoint of a peer. Return whether they were a frame of its present session,
