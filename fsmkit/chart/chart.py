@@ -55,9 +55,9 @@ class State:
     doc: str = ""
     origin: Origin = Origin.OWN
     done_data: tuple[Expr, ...] = ()
-    """Of a final state: the payload of its parent's ``done.state``, one for each field of that.
+    """For a final state: the payload of its parent's ``done.state``, one expression per field.
 
-    Of a top-level one in a chart that is invoked: the payload of ``Chart.done``."""
+    For a top-level one in an invoked chart: the payload of ``Chart.done``."""
     invokes: tuple[Block, ...] = ()
     """Run at the end of a macrostep that entered the state and did not leave it (SCXML 6.4)."""
 
@@ -173,8 +173,8 @@ class Event:
 
     What an invoked machine sends is an event of its own for each ``invocation`` it comes from, so
     that several may have one name. Its ``finalize`` runs before transitions are selected for it
-    (SCXML 6.5), while that invocation is active. Where ``_event.type`` is asked, an event that is
-    raised is another than one of that name which is sent.
+    (SCXML 6.5), while that invocation is active. If the chart reads ``_event.type``, raised and
+    sent events of the same name are separate events.
     """
 
     index: int
@@ -264,7 +264,7 @@ class CopyOf:
     span: Span | None = field(default=None, compare=False, repr=False)
     source: Source | None = field(default=None, compare=False, repr=False)
     is_folded: bool = False
-    """Of a chart to be drawn: the entry and exit points are all that is left of it."""
+    """In a chart to be drawn: of this copy, only the entry and exit points are shown."""
     path: str = ""
     """The active states in it, if it is folded."""
     count: int = 0
@@ -318,7 +318,7 @@ class Chart:
     """Name of the chart it extends."""
     invocations: tuple[Invocation, ...] = ()
     done: int | None = None
-    """Of an invoked chart: the event that tells the invoker of its end (``done.invoke.id``)."""
+    """For an invoked chart: the event that it sends at its end (``done.invoke.id``)."""
     entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
     """Entry points, where another chart uses this one: names with what they enter."""
     copies: tuple[CopyOf, ...] = ()

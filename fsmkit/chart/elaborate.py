@@ -70,9 +70,9 @@ def elaborate_used(
     strict: bool,
     constants: dict[str, Literal],
 ) -> Used | None:
-    """Return a chart that fills a state of another, with the values that it is given.
+    """Return a used chart, which fills a state of another, with its bound constants.
 
-    What checks tell of it is told of its copies, which may be better than it is alone.
+    Checks report findings on its copies, where bindings may avoid problems that it has alone.
     """
     found = _elaborate(documents, findings, strict=strict, constants=constants, is_used=True)
     if found is None or findings.has_errors:

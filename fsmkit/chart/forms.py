@@ -2,7 +2,7 @@
 
 Charts hold the same statements and guards at very many places. What follows from a node without
 its places need be found but once for each form (`by_form`). Equality of nodes is not enough for
-that: it leaves out names of constants as well, and takes 1 for True and 0.0 for -0.0.
+that: it also ignores names of constants, and 1 equals True and 0.0 equals -0.0.
 """
 
 from __future__ import annotations

@@ -147,7 +147,7 @@ def _strings(chart: Chart) -> int:
 
 
 def _numbers(chart: Chart) -> int:
-    """Return how many states a saved machine has: of each region, and of what histories record."""
+    """Return the number of states in a saved machine: one per region, and those of histories."""
     below = [0] * len(chart.states)
     for state in reversed(chart.states):
         regions = [child for child in state.children if not chart.states[child].is_history]

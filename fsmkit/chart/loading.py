@@ -25,7 +25,7 @@ from fsmkit.plugins import plugin_for, plugins
 LARGEST_FILE = 64 * 1024 * 1024
 """Bytes; anything larger is a mistake, and reading it would only exhaust the memory."""
 MOST_BESIDE = 1_000
-"""So many files are looked at for one that was probably meant."""
+"""The most files that are searched for a similar name to suggest."""
 
 
 class Texts(Protocol):
@@ -52,7 +52,7 @@ MOST_NESTED = 16
 """Charts that invoke or use each other; each of the two kinds goes less deep (`chart`)."""
 
 Stamp = tuple[int, int] | None
-"""When a file was changed, in nanoseconds, and its size; None where there is none."""
+"""Modification time of a file in nanoseconds, and its size; None if the file is missing."""
 READ: ContextVar[dict[Path, Stamp] | None] = ContextVar("read", default=None)
 """The files that were read, as they were then, while that is of interest."""
 
@@ -199,7 +199,7 @@ def has_uses(document: Document) -> bool:
 
 
 def base_documents(document: Document, findings: Findings) -> tuple[Document, ...]:
-    """Return the bases of a chart that stands in another file."""
+    """Return the base documents of a chart, read from their files."""
     if document.extends is None:
         return ()
     path = named_file(Path(document.source.name), document.extends.value)
@@ -245,7 +245,7 @@ def searched(file: Path, name: str, own: Path) -> Path:
 
 
 def real(path: Path) -> Path:
-    """Return where a path leads; where links go in circles, or it is none, as far as it does."""
+    """Return a path with its links resolved, as far as possible if it is invalid or circular."""
     try:
         return Path(os.path.realpath(path))
     except ValueError:  # a null character in the name

@@ -68,8 +68,8 @@ class Destination(Enum):
 class Send:
     """Send an event, after ``delay`` ticks if given. ``id`` names it for `Cancel`.
 
-    ``delay`` has type duration. ``peer`` is what was written after ``to``. ``invocations``: the
-    slots that may hold the machine meant by it; the first that is running gets the event.
+    ``delay`` has type duration. ``peer`` is the text after ``to``. ``invocations`` are the slots of
+    the machines that it may name; the first running one gets the event.
     """
 
     event: int

@@ -73,8 +73,8 @@ def shared_deferral(chart: Chart) -> tuple[frozenset[int], ...]:
 
     An event is deferred if an active state defers it and neither that state nor an active one
     below it has an enabled transition for it (UML 2.5.1, p. 309); then no region takes it. Whether
-    such an event is deferred is known only when all these regions have been asked; of any other it
-    is known as soon as the state is reached from one atomic state below it.
+    such an event is deferred is known only after all these regions were checked. For any other
+    event it is known as soon as the state is reached from one atomic state below it.
     """
     if not any(state.defer for state in chart.states):
         return (frozenset(),) * len(chart.states)
@@ -92,13 +92,13 @@ def shared_deferral(chart: Chart) -> tuple[frozenset[int], ...]:
 def forgotten_histories(chart: Chart) -> tuple[tuple[int, ...], ...]:
     """Return for each state those of its histories that entering it makes forget.
 
-    A history is recorded when its parent is left (SCXML 3.10, Appendix D exitStates), before what
-    it holds is asked for. A transition asks for it only where it, or the default of a history, has
-    it as a target (getEffectiveTargetStates); an initial transition does so while the parent is
-    entered. If the source lies neither inside the parent nor is an internal one of the parent
-    itself, the domain lies above the parent (getTransitionDomain), which is then left if it is
-    active. So where no transition from within asks, the value is never read while the parent is
-    active: on every runtime it is none then, and machines that differ in nothing else are equal.
+    A history is recorded when its parent is left (SCXML 3.10, Appendix D exitStates), before its
+    value is read. A transition reads it only if it, or the default of a history, has it as a target
+    (getEffectiveTargetStates). An initial transition does so while the parent is entered. If the
+    source is not inside the parent, and the transition is not an internal one of the parent, the
+    domain is above the parent (getTransitionDomain). The parent is then left if it is active. So if
+    no transition from within reads the history, its value is never read while the parent is active.
+    Every runtime clears it then, and machines that differ in nothing else are equal.
     """
     kept: set[int] = set()
     for transition in chart.transitions:

@@ -15,7 +15,7 @@ def own_nodes(chart: Chart) -> Iterator[object]:
 
 
 def charts_within(chart: Chart) -> Iterator[Chart]:
-    """Yield a chart and all that it invokes."""
+    """Yield a chart and, recursively, the charts that it invokes."""
     yield chart
     for invocation in chart.invocations:
         yield from charts_within(invocation.chart)

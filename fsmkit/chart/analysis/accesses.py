@@ -36,12 +36,12 @@ class Accesses:
         )
 
     def of(self, names: Names) -> Accesses:
-        """Return the same of some variables only."""
+        """Return the accesses to the variables in `names` only."""
         return Accesses(self.reads & names, self.certain & names, self.written & names)
 
 
 def accesses(block: Block, fields: Names = NONE) -> Accesses:
-    """Return what a block does; ``fields`` of the current event can be read without fail."""
+    """Return the accesses of a block; reading ``fields`` of the current event cannot fail."""
     scan = _Scan(fields)
     scan.block(block)
     return Accesses(frozenset(scan.reads), frozenset(scan.certain), frozenset(scan.touched))
@@ -126,6 +126,6 @@ class _Scan:
                 self.certain.add(place.name)
 
     def _asks(self, part: object) -> bool:
-        """Whether the host, or an event that may not be at hand, decides if there is a value."""
+        """Whether it depends on the host, or on a current event, that the part has a value."""
         is_unknown = isinstance(part, EventField) and part.name not in self.fields
         return is_unknown or isinstance(part, Call | EventName)

@@ -1,9 +1,9 @@
 """Guards as decisions of conditions.
 
-A condition is an operand of ``and``, ``or``, ``not`` that is none of these itself. The ways through
-a decision are numbered as T. Ball and J. R. Larus number paths (Efficient Path Profiling, MICRO
-1996): a condition that is false adds the number of ways that go on where it is true, so that the
-sum of what a way adds is its number.
+A condition is an operand of ``and``, ``or``, ``not`` without such an operator in it. The paths
+through a decision are numbered as by T. Ball and J. R. Larus (Efficient Path Profiling, MICRO
+1996). A false condition adds the number of paths that continue where it is true. The sum over a
+path is its number.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Literal
 from fsmkit.language import Binary, BinaryOp, Expr, Unary, UnaryOp
 
 MOST_CONDITIONS = 8
-"""Of a decision with more of them, vectors are not kept: each condition counts by its values."""
+"""The most conditions of a decision with recorded vectors; above, each condition counts alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +50,18 @@ def shape_of(guard: Expr) -> tuple[Shape, tuple[Expr, ...]]:
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """The ways that evaluating can go through a decision."""
+    """The paths that an evaluation can take through a decision."""
 
     missed: tuple[int, ...]
-    """By condition, what it adds to the number of the way where it is false."""
+    """By condition, the number that it adds to the path number if it is false."""
     outcomes: tuple[Outcomes, ...]
-    """The values of the conditions, by number of the way."""
+    """The values of the conditions, by path number."""
     results: tuple[bool, ...] = ()
-    """What the decision gives, by number of the way."""
+    """The value of the decision, by path number."""
 
 
 def ways_of(shape: Shape, count: int) -> Ways:
-    """Return the ways through a decision of ``count`` conditions, which are few."""
+    """Return the paths through a decision of ``count`` conditions, at most `MOST_CONDITIONS`."""
     missed = [0] * count
     end: tuple[Outcomes, ...] = ((None,) * count,)
 

@@ -1,6 +1,6 @@
 """Effects of evaluation and execution: failures, changes, and effects that the host notices.
 
-What is said of a node of a chart holds of all that is below it; a tuple of nodes is one, too.
+The effects of a node include those of the nodes below it. A tuple of nodes counts as a node.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def can_break_off(statement: stmt.Statement) -> bool:
 
 
 def ends(statement: stmt.Statement) -> bool:
-    """Whether a statement can end its block though all that it evaluates is sound."""
+    """Whether a statement can end its block although its expressions evaluate without failure."""
     match statement:
         case stmt.Fail():
             return True
@@ -83,9 +83,9 @@ def ends(statement: stmt.Statement) -> bool:
 
 
 def has_effect(node: object) -> bool:
-    """Whether evaluating twice differs from once: it calls the host, or may tell a range error.
+    """Whether evaluating twice differs from once: it calls the host or may report a range error.
 
-    What is counted for coverage counts once.
+    Coverage counters also make a difference.
     """
     return bool(_facts(node) & (CALLS | SATURATES | COUNTS))
 
@@ -96,28 +96,28 @@ def can_stop(node: object) -> bool:
 
 
 def needs_order(left: lang.Expr, right: lang.Expr) -> bool:
-    """Whether it can be told in which order two operands are evaluated."""
+    """Whether the order in which two operands are evaluated is observable."""
     one, other = _facts(left), _facts(right)
     does, fails = CALLS | SATURATES | COUNTS, CALLS | SATURATES | COUNTS | FAILS
     return bool((one & does and other & fails) or (other & does and one & fails))
 
 
 def observes(node: object) -> bool:
-    """Whether content asks which states are active, or gives the host a chance to."""
+    """Whether content reads the active states, or calls the host, which can read them."""
     return bool(_facts(node) & OBSERVES)
 
 
 def is_plain(block: stmt.Block) -> bool:
-    """Whether a handler only assigns, and nobody can notice what is active meanwhile.
+    """Whether a handler only assigns, without failures, range errors or calls of the host.
 
-    Nothing in it fails or tells a range error, either.
+    The active states are then not observable while it runs.
     """
     is_quiet = not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
     return is_quiet and all(isinstance(statement, stmt.Assign) for statement in block)
 
 
 def reads_event(node: object) -> bool:
-    """Whether a part of the payload at hand occurs anywhere."""
+    """Whether a node reads a field of the current event."""
     return bool(_facts(node) & READS_EVENT)
 
 
@@ -148,7 +148,7 @@ class Outcomes:
 
     @property
     def reads_event(self) -> bool:
-        """Whether a part of the payload at hand occurs."""
+        """Whether the node reads a field of the current event."""
         return bool(self.facts & READS_EVENT)
 
     @property
@@ -167,7 +167,7 @@ def outcomes(node: object) -> Outcomes:
 FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS, COUNTS = (
     1 << bit for bit in range(10)
 )
-"""What may happen in a node: of an expression or a statement, and of all below it."""
+"""The possible effects of an expression or a statement, with the nodes below it."""
 MOST = 1 << 18
 """Nodes whose facts are kept: the printers look at the same ones many times."""
 _known: dict[int, tuple[object, int]] = {}
@@ -289,7 +289,7 @@ OWN: Mapping[type, Callable[[Any], int]] = {
 
 @dataclass(frozen=True, slots=True)
 class Effects:
-    """What executing does; ``told``: the host or a queue notices when it happens."""
+    """The effects of an execution. ``is_visible``: the host or a queue can observe its time."""
 
     reads: frozenset[str] = frozenset()
     writes: frozenset[str] = frozenset()
@@ -323,12 +323,12 @@ def of_blocks(blocks: Iterable[stmt.Block]) -> Effects:
 
 
 def of_guard(transition: Transition) -> Effects:
-    """Return the effects of evaluating a guard: it tells where it calls an operation."""
+    """Return the effects of evaluating a guard; a call of an operation is visible."""
     return _of_values((transition.guard,))
 
 
 def of_entry(chart: Chart, state: State) -> Effects:
-    """Return the effects of entering a state, with the event that tells of its parent's end."""
+    """Return the effects of entering a state, with the `done.state` event of its parent."""
     own = of_blocks(state.on_entry)
     return own if done_event(chart, state) is None else own | Effects(told=True)
 

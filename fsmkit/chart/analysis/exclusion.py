@@ -287,7 +287,7 @@ def joint_outcome(expr: lang.Binary) -> bool | None:
 
 
 def _discrete(type_: lang.Type | None) -> tuple[int, int] | None:
-    """Return the bounds of a type of which each value is one number, truth values left out."""
+    """Return the bounds of a type whose values are single numbers, except for `bool`."""
     if isinstance(type_, lang.SymbolType):
         return 0, MOST_SYMBOLS - 1
     return None if isinstance(type_, lang.BoolType) else integer_bounds(type_)

@@ -1,7 +1,7 @@
-"""Which conversions may leave their range, where conditions hold: ``if n < 8 { n += 1 }`` cannot.
+"""Find conversions that may leave their range, given the conditions that hold there.
 
-A condition holds until a variable in it is assigned. What the host may change in between, such as
-inputs and answers of operations, is not known to stay.
+The conversion in ``if n < 8 { n += 1 }`` cannot. A condition holds until a variable in it is
+assigned. Inputs and results of operations may change at any time, so nothing is known of them.
 """
 
 from __future__ import annotations

@@ -4,11 +4,13 @@ A variable is *live* in a configuration if on some way from there it is read bef
 written; else it is *dead*, and two states that differ in it only have the same future (Bozga,
 Fernandez, Ghirvu: State space reduction based on live variables analysis, SAS 1999).
 
-The analysis is static and errs to the side of live. Of guards it knows what they read, not when
-they hold; any transition whose source is active may be taken. A configuration is as live as its
-atomic states together: what lies in other regions never makes a variable dead. Only the write of a
-whole variable ends its life, where nothing before it in its block can fail; a history can enter
-all that lies below its parent.
+The analysis is static and errs to the side of live:
+
+* It ignores when guards hold: any transition whose source is active may be taken.
+* A variable is live in a configuration if it is live in one of the atomic states. Other regions
+  never make a variable dead.
+* Only a write of the whole variable ends its life, if nothing before it in its block can fail.
+* A history can enter every state below its parent.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from fsmkit.document.document import Direction, Kind, Trigger
 
 @dataclass(frozen=True, slots=True)
 class _Way:
-    """What one transition can do: ``entered`` are the atomic states, with what is written there."""
+    """The accesses of one transition; ``entered``: atomic states with the variables written."""
 
     sources: tuple[tuple[int, Names], ...]
     """Atomic states that it can leave, with what leaving each surely writes."""
@@ -43,8 +45,8 @@ def live_variables(
 ) -> Mapping[str, frozenset[int]]:
     """Return for each variable of ``names`` the atomic states in which it may be live.
 
-    ``observed`` are transitions of which it counts whether the macrosteps that they begin change
-    anything: where such a one may come back to its configuration, what it writes counts as read.
+    ``observed`` are transitions for which a caller checks whether their macrosteps change anything.
+    If such a macrostep may return to its configuration, the variables that it writes count as read.
     """
     tree = _Tree(chart, names)
     live = {leaf: set(reads) for leaf, reads in tree.reads_while_active().items()}
@@ -61,7 +63,7 @@ def live_variables(
 
 
 def _propagate(live: dict[int, set[str]], ways: list[_Way]) -> None:
-    """Carry backwards what is live after transitions to where they begin, until all is known."""
+    """Propagate live variables backwards from targets to sources, up to a fixed point."""
     changed = True
     while changed:
         changed = False
@@ -129,7 +131,7 @@ class _Tree:
         return found
 
     def way(self, transition: Transition) -> _Way:
-        """Return what a transition does."""
+        """Return the accesses of a transition."""
         content = self.contents[transition.index]
         entered = self.entered(transition)
         ahead: Names = NONE
@@ -180,7 +182,7 @@ class _Tree:
             wanted = more
 
     def _beside(self, number: int) -> range:
-        """Return all that a history can stand for; of other states nothing."""
+        """Return the states that a history can enter; an empty range for other states."""
         state = self.chart.states[number]
         parent = self.chart.states[state.parent or 0]
         return range(parent.index + 1, parent.last_descendant + 1) if state.is_history else range(0)
@@ -200,14 +202,14 @@ class _Tree:
                 yield from ((leaf, written) for leaf in sources)
 
     def _begins(self, transition: Transition) -> bool:
-        """Whether a macrostep can begin with an eventless transition: none ends in a choice."""
+        """Whether a macrostep can start with an eventless transition: none ends in a choice."""
         is_choice = self.chart.states[transition.source].kind is Kind.CHOICE
         return transition.trigger is Trigger.EVENTLESS and not is_choice
 
     def _macrostep(self, first: Transition, follow: set[int]) -> tuple[set[int], Names]:
-        """Return the atomic states that a macrostep comes by, and all that it can write.
+        """Return the atomic states that a macrostep can visit and the variables it can write.
 
-        In a chart with regions it may come by any.
+        In a chart with regions it may visit any.
         """
         reached: set[int] = set() if first.targets else set(self.below(first.source))
         if any(state.kind is Kind.PARALLEL for state in self.chart.states):
@@ -247,5 +249,5 @@ class _Tree:
 
     @staticmethod
     def _follows(transition: Transition, raised: frozenset[int]) -> bool:
-        """Whether a transition can be taken within a macrostep that something else began."""
+        """Whether a transition can be taken in a macrostep after its first transition."""
         return transition.trigger is Trigger.EVENTLESS or not raised.isdisjoint(transition.events)

@@ -1,4 +1,4 @@
-"""The values to try of what comes from outside: inputs, payloads, results of operations.
+"""The values to try for external values: inputs, payloads, results of operations.
 
 Where such a value goes only into comparisons with constants, also on its way through variables,
 events, levels and connections, one value of each interval between these constants is enough. What
@@ -24,20 +24,19 @@ queues, and hold equal values at each place. From equal states the same steps le
   and for other ``c`` whatever ``x`` is. That ``x`` is outside of the bounds raises
   ``error.range``, or is a fault, so the bounds are cuts of ``x`` themselves. ``min(x, y)`` is at
   least ``c`` if both are, ``max(x, y)`` if one is. A type that wraps, and rounding, keep a place.
-* A choice of a value from outside is matched by the value that stands for its interval.
+* A choice of an external value is matched by the value that represents its interval.
 * Conditions of properties are cuts (or keep a place) like any guard.
 
-So both state spaces are bisimilar: they have the same verdicts, and reach the same states but for
-values that nothing tells apart. A step that only exchanges equal values leads, with one value of
-each, from a state to itself, and is none. A monitor looks at its inputs when they change; an
-exchange of equal values gives it one look less. Such a look does nothing, if what its eventless
-guards see is the same as before: no part of the current event, and nothing that fails. Where they
-do see such things the inputs of the monitor are kept. One exception remains: a look takes a place
-in the queue of the monitor, so that an overflow of a queue that one step fills exactly is found for
-the values that are tried alone.
+So both state spaces are bisimilar: they have the same verdicts, and reach the same states up to
+indistinguishable values. A step that only exchanges equivalent values would lead from a state to
+itself, and is omitted. A monitor evaluates its guards when its inputs change, so it evaluates them
+once less. That evaluation does nothing if its eventless guards read the same values as before:
+no field of the current event, and nothing that fails. Otherwise the inputs of the monitor are kept.
+One exception remains: an evaluation occupies an entry in the queue of the monitor. An overflow of a
+queue that one step fills exactly is therefore found for the tried values only.
 
-**Small types.** Of a place of a type with at most `ENUMERATED` values that is used in another way,
-each value is a cut. So it need not be kept, nor need the places that it comes from.
+**Small types.** If a place with at most `ENUMERATED` values is used in another way, each value is
+a cut. So it need not be kept, nor need the places that it comes from.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ MIRRORED = {
 
 
 class Place(NamedTuple):
-    """What holds a value: ``part`` numbers fields and parameters.
+    """A holder of a value; ``part`` numbers fields and parameters.
 
     ``kind`` and ``name``: ``variable`` and its name, ``field`` and the number of the event,
     ``parameter`` or ``result`` and the name of the operation, ``local`` or ``returned`` with that
@@ -122,14 +121,14 @@ class Values:
 
 
 class Condition(NamedTuple):
-    """A condition over several machines, and the places that its variables stand for."""
+    """A condition over several machines, and the places of its variables."""
 
     expression: lang.Expr
     places: Mapping[str, Place]
 
 
 class Partition:
-    """How the values from outside are divided."""
+    """The partition of the external values into intervals."""
 
     def __init__(
         self,
@@ -159,11 +158,11 @@ class Partition:
         self._flows = flows
 
     def values(self, type_: lang.Type, place: Place) -> Values:
-        """Return the values to try at a place that is given any from outside."""
+        """Return the values to try at a place that receives external values."""
         return self._flows.values(type_, self._flows.ahead(place))
 
     def alike(self, type_: lang.Type, place: Place, value: lang.Value) -> tuple[int, int] | None:
-        """Return the least and the greatest value that nothing tells from ``value`` at a place.
+        """Return the bounds of the values that are equivalent to ``value`` at a place.
 
         None for a type that does not count: a float, a string, an array, a record.
         """
@@ -198,7 +197,7 @@ def combined(parts_: Sequence[Values]) -> Values:
 class _At:
     """Where an expression stands: in a chart, by number among those of the machine.
 
-    ``events`` may be at hand. ``places``: of a condition over several machines.
+    ``events`` may be current. ``places``: those of a condition over several machines.
     """
 
     machine: int
@@ -215,7 +214,7 @@ class _At:
         return self.charts[self.number]
 
     def within(self, chart: Chart) -> _At:
-        """Return where an invoked chart is: the first that is this one stands for all."""
+        """Return the location in an invoked chart; its first occurrence represents all of them."""
         number = next(number for number, one in enumerate(self.charts) if one is chart)
         return replace(self, number=number, events=())
 
@@ -279,7 +278,7 @@ class _Flows:
     # --- charts --------------------------------------------------------------------------------
 
     def machine(self, machine: int, chart: Chart) -> None:
-        """Read a machine, with all that it invokes."""
+        """Read the values and uses of a machine and of the charts that it invokes."""
         charts = tuple(charts_within(chart))
         for number, one in enumerate(charts):
             self._chart(_At(machine, charts, number, tuple(e.index for e in one.events)))
@@ -394,7 +393,7 @@ class _Flows:
                 inner = at.within(invoked.chart)
                 for data, value in zip(invoked.given, arguments, strict=True):
                     self._copy(value, inner.variable(invoked.chart.data[data].name), at)
-            case _:  # any other: all that it evaluates may count, whatever it is for
+            case _:  # any other: every expression in it may matter
                 for value in values_of(statement):
                     self._evaluate(value, at)
                 for body in bodies(statement):

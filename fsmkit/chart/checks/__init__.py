@@ -1,7 +1,7 @@
-"""Checks: one rule a file, found by looking. Each module has ``check(chart, findings)``.
+"""Checks: one rule per file, discovered automatically. Each module has ``check(chart, findings)``.
 
-A check warns of what is legal and probably not meant. It must be precise: a warning that is wrong
-once is not read the second time.
+A check warns of legal constructs that are probably mistakes. It must be precise: users ignore a
+rule after its first wrong warning.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ def check(chart: Chart, findings: Findings) -> None:
     """Report each with the innermost parallel state whose regions it crosses.
 
     The domain of such a transition is the state around the parallel one (SCXML 3.13), so all
-    regions are left and entered. Where the targets name a state in each region, that is meant.
+    regions are left and entered. Targets in each region express this intent and are not reported.
     """
     for transition in chart.transitions:
         is_default = transition.trigger is Trigger.INITIAL  # it leaves nothing

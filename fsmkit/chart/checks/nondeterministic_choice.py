@@ -14,7 +14,7 @@ from fsmkit.document.document import Kind, Trigger
 
 
 def check(chart: Chart, findings: Findings) -> None:
-    """Report guards that overlap where the order is not said to be meant.
+    """Report overlapping guards of transitions that are not marked as ordered.
 
     A special case before the general one, whose guard it implies (or which has none), is the usual
     way to say "otherwise"; the alternatives of a choice are read in order. Neither is reported.

@@ -32,8 +32,8 @@ Following = tuple[tuple[Transition, tuple[Fact, ...]], ...]
 def check(chart: Chart, findings: Findings) -> None:
     """Report each transition once, with the other ones of its cycle.
 
-    A cycle of which a guard reads what content on it changes may end, so it is none of these. One
-    without any guard is an ``endless-loop``.
+    A cycle may end if a guard reads a variable that its content changes; it is not reported. A
+    cycle without any guard is an ``endless-loop``.
     """
     reached = reachable_states(chart)
     eventless = [
@@ -72,7 +72,7 @@ class _Search:
     _next: dict[tuple[tuple[int, ...], int], Following] = field(default_factory=dict)
 
     def cycle(self, first: Transition) -> tuple[Transition, ...] | None:
-        """Return a cycle that begins with a transition, and whose guards can all hold at once."""
+        """Return a cycle that starts with `first` and whose guards can all hold at once, if any."""
         if self.steps > MOST_STEPS or not self._is_steady(first):
             return None
         for facts in self._ways.get(first.index, ()):

@@ -1,4 +1,4 @@
-"""``unknown-send``: a `cancel` that no send can be meant by."""
+"""``unknown-send``: a `cancel` whose id no `send` can have."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from fsmkit.diagnostics.suggestions import suggest
 def check(chart: Chart, findings: Findings) -> None:
     """Report cancelled ids that no send has; a base chart leaves them to derived ones.
 
-    What is inherited or stands in a copy was reported where it is written. A send that is an error
-    at run time has no id any more, and might be meant: then nothing is reported. An id that is
-    computed stands for several, of which one that is known is enough.
+    Inherited content and content of copies was reported where it is written. A send that is an
+    error at run time has lost its id, which `cancel` may name: then nothing is reported. A computed
+    id has several values, of which one known id is enough.
     """
     statements = tuple(all_statements(chart))
     if chart.abstract or any(isinstance(statement, Fail) for statement in statements):

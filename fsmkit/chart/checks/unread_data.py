@@ -55,7 +55,7 @@ def check(chart: Chart, findings: Findings) -> None:
 
 
 def _asked(chart: Chart) -> set[str]:
-    """Return the words in what shall hold of the chart, the names of its variables among them."""
+    """Return the words in the chart's properties, which include the names of variables."""
     texts = (
         text.value
         for one in chart.properties

@@ -284,7 +284,7 @@ def can_bind(event: Event) -> bool:
 
 
 def _stand_in(copy: Copy, data: Data, types: Mapping[lang.Type, lang.Type]) -> lang.Variable:
-    """Return a variable for one whose binding is wrong, which is told."""
+    """Return a placeholder for a variable whose binding is wrong and already reported."""
     return lang.Variable(
         copy.name(data.name), mapped_type(data.type, types), lang.Storage.DATA, data.span
     )

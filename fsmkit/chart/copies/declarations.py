@@ -18,7 +18,7 @@ from fsmkit.language.constants import start_value
 from fsmkit.language.statements.tree import DocArgument, DocSend
 
 END = "done.session"
-"""What a used chart, elaborated alone, would tell of its end (`collect_events`)."""
+"""The event that a used chart would send at its end if it were invoked (`collect_events`)."""
 GREATEST = ("queue", "internal", "microsteps")
 """Capacities of which the greatest is taken."""
 

@@ -52,10 +52,10 @@ def has_copies(document: Document) -> bool:
 def expand(
     document: Document, scope: Scope, elaborate: ElaborateUsed, findings: Findings, *, strict: bool
 ) -> tuple[Document, tuple[Copy, ...]]:
-    """Return a document in which the states of copies stand where they are used, and the copies.
+    """Return the document with the states of each copy below its using state, and the copies.
 
-    ``scope`` holds the constants. Of a state in a copy the document has its id, its kind and, for
-    an exit point that is bound, the transitions that follow it: all else is copied once typed.
+    ``scope`` holds the constants. For a state in a copy, the document has its id and its kind. A
+    bound exit point also has the transitions that follow it. All other parts are copied once typed.
     """
     expander = _Expander(scope, elaborate, findings, strict)
     top = tuple(part for child in document.root.children for part in expander.expanded(child))
@@ -72,7 +72,7 @@ class _Expander:
     known: dict[tuple[object, ...], Used | None] = field(default_factory=dict)
 
     def expanded(self, state: DocState) -> Iterator[DocState]:
-        """Yield what stands for a state: of an array, each of its elements."""
+        """Yield the expansion of a state; for an array of states, each of its elements."""
         if state.use is None and state.index_range is None:
             children = tuple(part for child in state.children for part in self.expanded(child))
             yield state if children == state.children else replace(state, children=children)

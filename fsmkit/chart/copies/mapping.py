@@ -40,9 +40,10 @@ TYPES = (EnumType, RecordType, ArrayType)
 class Mapper:
     """The names of a used chart in one copy.
 
-    ``variables`` holds for each variable what is read there; ``places`` those that can be written.
-    ``operations``: names of operations, or the call that stands for them with the names of their
-    parameters. ``events``: indices; ``outward``: of those that are bound.
+    ``variables`` maps each variable to the expression that replaces a read. ``places`` holds the
+    variables that can be written. ``operations`` maps an operation to its name, or to the call that
+    replaces it and the names of its parameters. ``events`` maps indices; ``outward`` those of bound
+    events.
     """
 
     prefix: str
@@ -63,7 +64,7 @@ class Mapper:
     functions: dict[str, FunctionBody] = field(default_factory=dict)
     """The functions of the used chart, as they are here, by their names there."""
     report: Callable[[str, Span], None] = field(default=lambda _message, _span: None)
-    """Takes note of what cannot be said in a copy."""
+    """Reports a construct that a copy cannot express, with its location."""
 
     def name(self, inner: str) -> str:
         """Return what something of the used chart is called here."""
@@ -216,11 +217,11 @@ class _Content:
         )
 
     def _function(self, function: FunctionBody) -> FunctionBody:
-        """Return a function of the used chart, which is one of this chart; each is made once."""
+        """Return the function of this chart for one of the used chart; each is built once."""
         known = self.mapper.functions
         if function.name not in known:
-            made: FunctionBody = self._rebuilt(function)
-            known[function.name] = replace(made, name=self.mapper.name(function.name))
+            rebuilt: FunctionBody = self._rebuilt(function)
+            known[function.name] = replace(rebuilt, name=self.mapper.name(function.name))
         return known[function.name]
 
     def _event_field(self, node: EventField) -> Expr:

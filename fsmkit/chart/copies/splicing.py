@@ -64,7 +64,7 @@ class Spliced:
     # --- states and transitions -----------------------------------------------------------
 
     def state(self, made: State, copy: int, inner: int) -> State:
-        """Return a state of a copy; ``made`` has what its place in the chart says of it."""
+        """Return a state of a copy; ``outline`` has the parts that follow from its position."""
         mapper = self.mappers[copy]
         state = self.copies[copy].used.chart.states[inner]
         is_exit = made.kind is Kind.CHOICE and state.kind is Kind.FINAL
@@ -80,7 +80,7 @@ class Spliced:
         )
 
     def transition(self, made: Transition, copy: int, inner: int) -> Transition:
-        """Return a transition of a copy; ``made`` has its number and its ends."""
+        """Return a transition of a copy; ``outline`` has its number, source and targets."""
         mapper, chart = self.mappers[copy], self.copies[copy].used.chart
         transition = chart.transitions[inner]
         events = {mapper.events[e] for e in transition.events if e in mapper.events}

@@ -1,4 +1,4 @@
-"""Tell what is odd in a used chart once, at its own lines, with the copies that it is odd in."""
+"""Report a finding in a used chart once, at its own lines, and name the copies that have it."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def report_unbound(chart: Chart, findings: Findings) -> None:
     """Report exit points after which nothing can follow."""
     for copy in chart.copies:
         if "." in _outer(copy.name, chart):
-            continue  # of a used chart alone, this is told there
+            continue  # the used chart itself reports it
         done = chart.event_index.get(f"done.state.{copy.name}")
         ends = [chart.states[exit_] for exit_ in copy.exits]
         left = [state for state in ends if state.kind is Kind.FINAL]

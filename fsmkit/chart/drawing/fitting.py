@@ -42,7 +42,7 @@ def fitted(content: bytes) -> str:
 
 
 def _place(x: float, y: float) -> tuple[float, float]:
-    """Return where a text begins, as both outputs round it."""
+    """Return the start of a text, rounded as in both outputs."""
     return round(x, 1), round(y, 1)
 
 

@@ -72,7 +72,7 @@ class Box:
 
 @dataclass(slots=True)
 class Cluster:
-    """A state with states in it: its border, its title, and the numbers of what is in it."""
+    """A state with states in it: its border, its title, and the numbers of its nodes."""
 
     name: str
     box: Box

@@ -1,12 +1,12 @@
 """Give an array that grows a capacity and a length, before anything is typed.
 
 ``x = [].concat(x, [e])``, ``x.push(e)`` and ``x[x.length] = e`` store an element behind the others
-and count it; beyond the capacity that is an index out of range: ``error.execution``. Elements and
-iterations end at the length. An array of which anything else is asked is left as it is.
+and count it. Beyond the capacity the index is out of range: ``error.execution``. Elements and
+iterations end at the length. An array with any other use stays unchanged.
 
-An array whose type has no length, ``int32[]``, grows by ``x[i] = e`` where ``i`` is its length, is
-emptied by ``x.length = 0``, and may be assigned, sent and received whole: its length goes with it,
-as a field ``name_length`` beside ``name``.
+An array whose type has no length, ``int32[]``, grows by ``x[i] = e`` where ``i`` is its length.
+``x.length = 0`` empties it. It may be assigned, sent and received whole. Then its length goes with
+it, as a field ``name_length`` beside ``name``.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def _is_open(data: DocData) -> bool:
 
 
 def _without_type(document: Document, data: DocData) -> Document:
-    """Return a document in which nothing tells the length of an array."""
+    """Return the document without the declared type of an array, which holds its length."""
 
     def untyped(part: object) -> object:
         is_it = isinstance(part, DocData) and part.name == data.name
@@ -89,7 +89,7 @@ def _tell(array: _Array, findings: Findings) -> None:
 
 
 def _array(data: DocData, document: Document, opens: frozenset[str]) -> _Array | None:
-    """Return a variable as an array that may grow; None where it is no array or is not asked."""
+    """Return a variable as a growing array, or None if it is not an array or does not grow."""
     items = None if data.init is None else split_list(data.init) if is_list(data.init) else None
     if _is_open(data):
         is_known = items is not None or data.init is None
@@ -113,7 +113,7 @@ class _Array:
     """All arrays whose types have no length."""
     grows: bool = False
     example: Text | None = None
-    """An element that is known when compiling, to fill places that hold nothing yet."""
+    """An element that is known at compile time, to fill unused places."""
     made: list[DocData] = field(default_factory=list)
 
     @property
@@ -336,7 +336,7 @@ class _Array:
         return self.name in names(parsed(text))
 
     def _iteration(self, loop: stmt.ForEach[Text, Text, stmt.WrittenStatement]) -> stmt.Block:
-        """Return a loop over the elements that there are when it begins (SCXML 4.6)."""
+        """Return a loop over the elements that the array has at its start (SCXML 4.6)."""
         number = len(self.made)
         each, at, count = (
             self._text(self._fresh(f"{word}_{self.name}_{number}"))

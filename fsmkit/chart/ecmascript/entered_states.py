@@ -12,7 +12,7 @@ from fsmkit.document.walk import states
 
 
 class EnteredStates:
-    """The states that can be entered from others, with all that eventless transitions add.
+    """The states that can be entered from others, including those after eventless transitions.
 
     States are known by identity.
     """
@@ -31,10 +31,10 @@ class EnteredStates:
                     events = tuple(event.value for event in transition.events)
                     self._transitions.setdefault(events, []).extend(self._targets([transition]))
         self.at_start = self._entered([document.root])
-        """Those that may be entered while no event is at hand."""
+        """The states that may be entered without a current event."""
 
     def descriptors(self, wanted: Iterable[DocState]) -> dict[int, tuple[str, ...]]:
-        """Return the descriptors of the events that can be at hand when these are entered."""
+        """Return, by identity of a state, the descriptors of the events that can enter it."""
         found: dict[int, list[str]] = {id(state): [] for state in wanted}
         if found:
             for events, targets in self._transitions.items():

@@ -58,7 +58,7 @@ def hoist_increments(survey: Survey) -> Survey:
 
 
 def _step(text: Text) -> _Step | None:
-    """Return the step in an expression, None where there is none or several."""
+    """Return the increment or decrement in an expression, or None unless there is exactly one."""
     if "++" not in text.value and "--" not in text.value:
         return None
     node = parsed(text)

@@ -1,9 +1,9 @@
-"""Put functions of ECMAScript in where they are called, before anything is typed.
+"""Inline functions of ECMAScript at their calls, before anything is typed.
 
-One that only computes is an expression of its arguments: so it is typed for each call by itself.
-One with effects is a block, where it is called as a statement; its parameters and variables are
-data, one for each call. No recursion, no closure, no ``this`` and no ``arguments``: such a call
-stays, and is of an operation that is not there.
+A function that only computes becomes an expression of its arguments, typed separately per call. A
+function with effects becomes a block where it is called as a statement. Its parameters and
+variables become data, one set per call. Recursion, closures, ``this`` and ``arguments`` are not
+supported: such a call stays, and calls an undeclared operation.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ def _expression(block: stmt.Block, held: Mapping[str, str]) -> str | None:
 
 
 def _chosen(branches: tuple[object, ...], rest: stmt.Block, held: Mapping[str, str]) -> str | None:
-    """Return the value of each branch, with all that follows it, behind its condition."""
+    """Return a conditional expression: the value of each branch followed by ``rest``."""
     text = ""
     for branch in branches:
         condition, body = branch.condition, branch.body  # type: ignore[attr-defined]
@@ -181,7 +181,7 @@ def _replaced(text: Text, held: Mapping[str, str]) -> str | None:
 
 
 def _is_closed(block: stmt.Block) -> bool:
-    """Whether a body asks for what only a call has."""
+    """Whether a body uses a word of `UNKNOWN`, which only has a meaning within a call."""
     texts = (part for part in parts(block) if isinstance(part, Text))
     return any(mentions(word, text.value) for text in texts for word in UNKNOWN)
 

@@ -33,15 +33,15 @@ OWN_TARGETS = ("#_internal", "self")
 WHOLE = re.compile(r"0|[1-9]\d{0,14}")
 """A number that is written in a string as it is in an expression."""
 HOLE = "\0"
-"""Stands for the name of the current event where only the text around it is of interest."""
+"""Placeholder for the name of the current event where only the text around it matters."""
 
 Way = tuple[dict[str, str], str]
-"""A condition for each subject that is asked, and the string that is made where they hold."""
+"""By tested subject, its condition; and the resulting string if these conditions hold."""
 
 
 @dataclass(frozen=True, slots=True)
 class Join:
-    """A `send` whose event is computed; ``at`` are prefixes of the events that can be at hand."""
+    """A `send` whose event is computed; ``at`` are prefixes of the possible current events."""
 
     send: DocSend
     expression: Text
@@ -53,29 +53,29 @@ class Join:
 
 @dataclass
 class JoinedNames:
-    """The names that the current event can have, and what can be joined of them."""
+    """The possible names of the current event, and the names that can be joined from them."""
 
     known: KnownStrings
     numbers: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     """The whole numbers that variables can hold, where they are few."""
     heard: frozenset[str] = frozenset()
-    """Descriptors of the chart, without what a descriptor ends in."""
+    """Descriptors of the chart without their wildcard suffixes."""
     out: frozenset[str] = frozenset()
     forwards: bool = False
-    """Whether what this machine takes goes to an invoked one, too."""
+    """Whether an invoked machine also gets the events of this one."""
     may_derive: bool = False
     names: set[str] = field(default_factory=set)
     derived: dict[str, Text] = field(default_factory=dict)
-    """Names that only the host can post, found in the names that are joined of them."""
+    """Names that only the host can post, derived from names that are joined from them."""
     joins: dict[int, Join] = field(default_factory=dict)
     """By the identity of the expression, which outlives all changes of the `send` it is in."""
     endless: set[int] = field(default_factory=set)
-    """Identities of expressions that join more names than can be told apart."""
+    """Identities of expressions that join more names than `MOST_NAMES`."""
 
     def choices(self, send: DocSend, expression: Text) -> tuple[Choice, ...] | None:
-        """Return each event that a `send` can mean; None if they are not known.
+        """Return each event that a `send` can send, or None if they are not known.
 
-        Under none of the conditions, nothing has to be sent.
+        If none of the conditions holds, nothing is sent.
         """
         join = self.joins.get(id(expression))
         if join is None or id(expression) in self.endless:
@@ -91,7 +91,7 @@ class JoinedNames:
         return tuple(Choice(_condition(held), value) for held, value in kept)
 
     def may_lack_event(self, expression: Text) -> bool:
-        """Whether an expression may be evaluated with no event at hand, and wants one."""
+        """Whether an expression reads the current event and may be evaluated without one."""
         join = self.joins[id(expression)]
         if not join.may_lack_event:
             return False
@@ -103,13 +103,13 @@ class JoinedNames:
         return is_elsewhere or self._exists(held, value)
 
     def _exists(self, held: dict[str, str], value: str) -> bool:
-        """Whether an event that comes back is one of the chart: of a written name, or heard."""
+        """Whether a raised event belongs to the chart: its name is written or matched there."""
         return AT_HAND not in held or matches(self.heard, value)
 
     # --- a fixpoint: what is joined is at hand later -------------------------------------------
 
     def learn(self, base: Iterable[str]) -> None:
-        """Find all names; joins that add more of them than are allowed are left out as endless."""
+        """Find all names; joins that add more of them than allowed become `endless`."""
         start = set(base)
         while True:
             left = [join for place, join in self.joins.items() if place not in self.endless]
@@ -120,7 +120,7 @@ class JoinedNames:
             self.endless |= growing
 
     def _grow(self, joins: list[Join]) -> set[int]:
-        """Add names until none is new; return the expressions that made too many, if any."""
+        """Add names until none is new; return the expressions that produced too many, if any."""
         most = len(self.names) + MOST_NAMES
         fresh = set(self.names)
         while fresh:
@@ -143,7 +143,7 @@ class JoinedNames:
         return set()
 
     def _derive(self, join: Join, known: Collection[str]) -> Iterator[str]:
-        """Yield the names of which known ones are joined, as far as the host may post them."""
+        """Yield the names that known names are joined from, if the host may post them."""
         if not self.may_derive:
             return
         for held, value in self._ways(join.node, join.expression, [HOLE]) or ():
@@ -158,7 +158,7 @@ class JoinedNames:
                         yield found
 
     def _ways(self, node: syntax.Node, text: Text, names: Collection[str]) -> list[Way] | None:
-        """Return each string an expression can be; None where that is not known."""
+        """Return each possible string of an expression, or None if they are not known."""
         match node:
             case syntax.StringNode(value=value):
                 return [({}, value)]
@@ -188,7 +188,7 @@ class JoinedNames:
                 return None
 
     def _is_sum(self, node: syntax.Node) -> bool:
-        """Whether a value is a number, or the sum of two, which is none of what is joined."""
+        """Whether a value is a number or a sum of numbers, so that ``+`` does not join strings."""
         match node:
             case syntax.BinaryNode(op="+", left=left, right=right):
                 return self._is_sum(left) and self._is_sum(right)
@@ -227,7 +227,7 @@ def find_joined_names(
     given: InvocationContext | None,
     known: KnownStrings,
 ) -> JoinedNames:
-    """Return what a document joins; ``whole`` are its parts, ``given`` what its invoker sends."""
+    """Return the joined names of a document with the parts ``whole``, invoked with ``given``."""
     sends = (part for part in whole if isinstance(part, DocSend))
     if not any(send.event is None and send.event_expr is not None for send in sends):
         return JoinedNames(known)
@@ -248,9 +248,9 @@ def find_joined_names(
 def names_of_events(
     whole: tuple[object, ...], given: InvocationContext | None, known: KnownStrings
 ) -> set[str]:
-    """Return the names of the events that can be at hand, without those that are joined.
+    """Return the possible names of the current event, without those that are joined.
 
-    A descriptor stands for the event of its name, if it is the beginning of none of the platform's.
+    A descriptor counts as the event of its name, unless it is a prefix of a platform event.
     """
     own = set(_named(whole, known))
     platform = {*ERRORS, *_done(whole)}
@@ -264,7 +264,7 @@ def names_of_events(
 
 
 def _descriptors(whole: tuple[object, ...]) -> set[str]:
-    """Return what events are matched with, without what a descriptor ends in."""
+    """Return the event descriptors of all transitions without their wildcard suffixes."""
     return {
         prefix(descriptor.value)
         for part in whole
@@ -285,12 +285,12 @@ def _numbers(
 
 
 def prefix(descriptor: str) -> str:
-    """Return the tokens that a name must begin with for a descriptor; ``*`` alone is any."""
+    """Return the tokens that a matching name starts with; ``*`` alone matches any name."""
     return descriptor.removesuffix(".*").removesuffix(".")
 
 
 def matches(prefixes: Collection[str], name: str) -> bool:
-    """Whether a name begins with the tokens of one of these (SCXML 3.12.1)."""
+    """Whether a name starts with the tokens of one of the prefixes (SCXML 3.12.1)."""
     if "*" in prefixes:
         return True
     tokens = name.split(".")
@@ -300,7 +300,7 @@ def matches(prefixes: Collection[str], name: str) -> bool:
 def _joins(
     document: doc.Document, whole: tuple[object, ...], heard: frozenset[str]
 ) -> Iterator[Join]:
-    """Yield what joins, each with the events that can be at hand where it stands."""
+    """Yield each join, with the possible current events at its location."""
     entered = EnteredStates(document)
     states = [part for part in whole if isinstance(part, doc.DocState)]
     entering = [state for state in states if list(_joined_in(state.entry, heard))]

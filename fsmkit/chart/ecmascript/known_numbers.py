@@ -16,7 +16,7 @@ from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.statements.tree import Assign, DocSend, ForEach
 
 MOST_NUMBERS = 256
-"""A variable that can hold more numbers is not told apart."""
+"""The most known numbers of a variable; with more, its value counts as unknown."""
 RANGE = re.compile(r"\s*(-?\d{1,6})\s*\.\.\s*(-?\d{1,6})\s*")
 LENGTH = re.compile(r"\[\s*(\d{1,6})\s*\]\s*\Z")
 WHOLE = re.compile(r"\s*(\d{1,6})\s*")
@@ -28,7 +28,7 @@ def find_numbers(
     """Return the numbers that variables can hold, in order; ``whole`` are parts of a document.
 
     The index of loops is known if all arrays are, and nothing else assigns it. ``others`` are
-    variables that are assigned from outside: only a declared range says what they can hold.
+    variables with external assignments: only a declared range bounds them.
     """
     listed = tuple(whole)
     data = {part.name.value: part for part in listed if isinstance(part, DocData)}

@@ -23,11 +23,11 @@ from fsmkit.language.binding.ecmascript import PROCESSORS, SESSION
 from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 
 MOST_VALUES = 256
-"""A variable that is given more strings than this is not told apart."""
+"""The most known strings of a variable; with more, its value counts as unknown."""
 MOST_PAIRS = 4096
 """Pairs of strings that one ``+`` may join, and values that one expression may take apart."""
 MOST_LENGTH = 1000
-"""Characters of a string that is made by joining others."""
+"""The most characters of a joined string."""
 
 Made = tuple[str, frozenset[int]]
 """A string, and the statements executed at most once that have taken part in joining it."""
@@ -53,10 +53,10 @@ class KnownStrings:
     once: frozenset[int] = frozenset()
     """Identities of the assignments that are executed at most once."""
     is_alone: bool = True
-    """Whether every event that has an origin has it here."""
+    """Whether this session is the origin of every event that has one."""
 
     def of(self, name: str) -> set[str] | None:
-        """Return what a variable can hold, None where it may be anything else."""
+        """Return the possible strings of a variable, or None if it may hold another value."""
         made = self.values.get(name)
         return None if made is None else {value for value, _ in made}
 
@@ -124,7 +124,7 @@ class KnownStrings:
     # --- what is given to whom --------------------------------------------------------------------
 
     def learn(self, gifts: Iterable[tuple[str, syntax.Node | None, int]]) -> None:
-        """Take note of all that variables are given, over and over until nothing is new."""
+        """Collect the strings assigned to variables, up to a fixed point."""
         listed = list(gifts)
         self.values = {name: set() for name, _, _ in listed}
         self.values |= {name: None for name, node, _ in listed if node is None}
@@ -147,7 +147,7 @@ class KnownStrings:
         return True
 
     def _made(self, node: syntax.Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
-        """Return what an expression can be while the variables hold this."""
+        """Return the possible strings of an expression if the variables hold ``held``."""
         match node:
             case syntax.StringNode(value=value):
                 return {(value, frozenset())}
@@ -206,9 +206,9 @@ def find_strings(
     given: InvocationContext | None,
     placeholders: Mapping[str, str],
 ) -> KnownStrings:
-    """Return what the variables of a document can hold; ``given`` is what its invoker sets.
+    """Return the possible strings of a document's variables; its invoker sets ``given``.
 
-    ``placeholders`` are numbers that stand for a string until one is assigned.
+    ``placeholders`` are start numbers of variables that later hold only strings.
     """
     name = document.name.value
     session = name if given is None else given.session

@@ -23,7 +23,7 @@ from fsmkit.language.statements.tree import Assign, Block, DocSend, ForEach, If
 from fsmkit.language.syntax import ConditionalNode, Node
 
 MOST_VALUES = 64
-"""A variable that can hold more values than this is not told apart, unless its type says so."""
+"""The most known values of a variable, unless its type has more."""
 MOST_PASSES = 2 * MOST_VALUES
 EXACT = ("int32", "symbol", "string")
 """Types that store each value of these kinds as it is."""

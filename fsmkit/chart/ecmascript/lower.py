@@ -2,12 +2,11 @@
 
 * The ``content`` of an event is its field ``data``, or its members where it is an object.
 * An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
-  the strings that the variable is ever given: so they are all known when compiling. The same is
-  done where an assignment joins strings of variables, and where a name of an event is joined of
-  that of the current event.
-* The id of what is sent is known, also where it is made; where ``_event.sendid`` is read, it goes
-  with the event.
-* A variable that is asked whether it is defined has a flag, set wherever it is assigned.
+  the strings that the variable is ever given: so they are all known at compile time. The same
+  applies to assignments that join strings, and to event names that contain the current one.
+* The id of a sent event is known, also where it is generated. If the chart reads
+  ``_event.sendid``, the id goes with the event.
+* A variable that is compared with ``undefined`` has a flag, set by each of its assignments.
 """
 
 from __future__ import annotations
@@ -297,7 +296,7 @@ class _Lowering:
         return {event.name.value for event in self.document.events}
 
     def _with_id(self, send: stmt.DocSend) -> stmt.DocSend:
-        """Return a send whose id goes with the event, if ids are asked for (SCXML 5.10.1)."""
+        """Return a send whose id goes with the event, if the chart reads ids (SCXML 5.10.1)."""
         if not self.asks_for_ids or send.id is None or send.event is None:
             return send
         if send.event.value in self._declared() or send.event.value.startswith("done."):
@@ -331,21 +330,21 @@ class _Lowering:
 
 
 def _each(change: Callable[[Part], Part], parts: tuple[Part, ...]) -> tuple[Part, ...]:
-    """Return what becomes of each part; the same tuple where none changes."""
+    """Return the results of ``change`` for each part; the same tuple if no part changes."""
     made = tuple(map(change, parts))
     return parts if all(map(operator.is_, made, parts)) else made
 
 
 def _changed(whole: Part, **parts: object) -> Part:
-    """Return a whole with other parts; itself where they are its own."""
+    """Return a copy of `whole` with other parts, or `whole` itself if they are equal."""
     if all(getattr(whole, name) is part for name, part in parts.items()):
         return whole
-    made: Part = replace(whole, **parts)  # type: ignore[type-var]
-    return made
+    changed: Part = replace(whole, **parts)  # type: ignore[type-var]
+    return changed
 
 
 def _is_only_sent(name: str, whole: tuple[object, ...], written: tuple[Text, ...]) -> bool:
-    """Whether a variable is only assigned, and read only as an attribute of what is sent.
+    """Whether a variable is only assigned, and read only as an attribute of a sent event.
 
     Then a number that it starts with may as well be written as a string.
     """

@@ -13,11 +13,11 @@ Change = Callable[[Node], str | None]
 
 
 class Unsuited(Exception):  # noqa: N818  (never leaves the passes)
-    """Something is asked of a variable that stands in the way of a change."""
+    """A use of a variable that a rewrite does not support."""
 
 
 def parsed(text: Text) -> Node | None:
-    """Return an expression as read, None where it is none."""
+    """Return the parsed expression, or None if the text is not an expression."""
     try:
         return parse(text.value)
     except SyntaxFault:
@@ -38,7 +38,7 @@ def respelt(text: Text, name: str, change: Change) -> Text:
 
 
 def spelt(node: Node, text: str, change: Change) -> str:
-    """Return the text of a node with its changes."""
+    """Return the source of a node in which ``change`` replaced nodes."""
     changed = change(node)
     if changed is not None:
         return changed
@@ -50,7 +50,7 @@ def spelt(node: Node, text: str, change: Change) -> str:
 
 
 def mentions(name: str, text: str) -> int:
-    """Return how often a name stands in a text."""
+    """Return how often a name occurs in a text."""
     return len(re.findall(rf"(?<![\w$]){re.escape(name)}(?![\w$])", text))
 
 

@@ -90,7 +90,7 @@ def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
 
 
 def _members(text: Text) -> dict[str, Text] | None:
-    """Return the members of an object in the order they are written; None where it is none."""
+    """Return the members of an object literal in order, or None if the text is something else."""
     if EMPTY.fullmatch(text.value):
         return {}
     if not OBJECT.fullmatch(text.value):
@@ -114,7 +114,7 @@ def _named(document: Document, name: str) -> list[str]:
 
 
 def _assigned_members(document: Document, name: str) -> list[str]:
-    """Return the members of a variable that are assigned; all that are read, where a payload is."""
+    """Return the assigned members of a variable; if a payload is assigned, the members read."""
     given = [part for part in structure(document) if isinstance(part, stmt.Assign)]
     wholes = (p for p in given if p.location.value.strip() == name and not p.operator)
     if any(part.value.value.strip() == PAYLOAD for part in wholes):
@@ -147,7 +147,7 @@ def _unknown_roots(document: Document, data: set[str]) -> set[str]:
 
 
 def _root(node: syntax.Node | None) -> str | None:
-    """Return the name of the object that a call begins with: ``a`` of ``a.b(1).c(2)``."""
+    """Return the name of the first object in a chain of calls: ``a`` of ``a.b(1).c(2)``."""
     while isinstance(node, syntax.CallNode | syntax.MemberNode):
         node = node.callee if isinstance(node, syntax.CallNode) else node.base
     return node.name if isinstance(node, syntax.NameNode) else None
@@ -218,7 +218,7 @@ class _Object:
         return replace(send, content_expr=None, arguments=sent)
 
     def _spelt(self, node: syntax.Node) -> str | None:
-        """Return the variable of a member that is named."""
+        """Return the variable that replaces a member, or None for another node."""
         member = _member(node, self.name)
         if member is not None and member in self.members:
             return self.members[member]

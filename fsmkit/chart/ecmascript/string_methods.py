@@ -2,7 +2,7 @@
 
 ``s.slice(1)`` of an ``s`` that only ever is ``'up'`` or ``'down'`` becomes ``s == "up" ? "p" :
 "own"``: strings have no storage at run time. The name of the current event is such a variable, too.
-What is no string, no finite number, or not known is left as it is, which is told.
+Values that are unknown, or neither strings nor finite numbers, stay unchanged and are reported.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _decide_names(
 
 
 def _with_event(document: Document) -> Iterator[tuple[frozenset[str], object]]:
-    """Yield what is done with an event at hand, behind the beginnings of the names it can have."""
+    """Yield each part executed with a current event, after the prefixes of its possible names."""
     entered = EnteredStates(document)
     each = list(states(document.root))
     leading = entered.descriptors(state for state in each if id(state) not in entered.at_start)

@@ -41,7 +41,7 @@ class Unknown(Exception):  # noqa: N818  (never leaves the passes)
 
 
 def evaluate(node: syntax.Node, held: Mapping[str, Value]) -> Value:
-    """Return the value of an expression; `Unknown` where it is none that the language has.
+    """Return the value of an expression; raise `Unknown` if the language has no such value.
 
     Strings count UTF-16 code units in ECMAScript: those with other characters are `Unknown`.
     """

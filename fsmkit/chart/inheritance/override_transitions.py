@@ -45,7 +45,7 @@ def override_transitions(
 def _find(
     base: DocState, entry: DocState, written: DocTransition, findings: Findings
 ) -> int | None:
-    """Return which inherited transition is meant: by its id, or by its trigger.
+    """Return the index of the overridden transition, found by its id or by its trigger.
 
     Several of one trigger, such as those of a choice, are overridden together, in their order.
     """

@@ -1,8 +1,7 @@
 """Inheritance of properties and of the environment.
 
-It inherits both. A property is replaced only where the chart says ``override: [its name]``; what
-may come from outside is what may come to the base, and what it adds, unless it says
-``override: [environment]``.
+A derived chart inherits both. It replaces a property only with ``override: [its name]``. Its
+external events are those of the base and its own, unless it says ``override: [environment]``.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocEnvironment, DocProperty, Document, Origin
 
 ENVIRONMENT = "environment"
-"""The word under ``override`` that means what may come from outside."""
+"""The word under ``override`` that names the environment: the external events."""
 
 
 def inherited_properties(
@@ -54,7 +53,7 @@ def inherited_environment(base: Document, derived: Document) -> DocEnvironment |
 
 
 def check_overrides(derived: Document, base: Document | None, findings: Findings) -> None:
-    """Report marks of what is not inherited, or not replaced."""
+    """Report `override` entries that name nothing inherited, or nothing that is replaced."""
     known = [one.name.value for one in base.properties] if base is not None else []
     if base is not None and base.environment is not None:
         known.append(ENVIRONMENT)

@@ -46,7 +46,7 @@ class Events:
         return {event.name: event.index for event in sorted(self.all, key=for_the_host)}
 
     def raised(self, event: Event) -> Event:
-        """Return the event that `raise` of one means: its own where the type is asked."""
+        """Return the event that `raise` raises: a separate one if the chart reads `_event.type`."""
         internal = {Direction.INTERNAL}
         having = [self.all[index] for index in self._by_name[event.name]]
         return next((e for e in having if e.invocation is None and e.directions == internal), event)
@@ -217,7 +217,7 @@ def collect_events(
 
 
 def _sends_ids(document: Document, tree: Tree) -> bool:
-    """Whether the ids of what is sent go with events: then also with errors of sending."""
+    """Whether sent events carry the id of their `send`; then errors of sending carry it, too."""
     return any(
         isinstance(statement, DocSend) and any(a.name.value == SEND_ID for a in statement.arguments)
         for place in places(document, tree)
@@ -231,9 +231,9 @@ def _asks_for_types(document: Document) -> bool:
 
 
 def _by_type(event: Event, raised: Collection[str], sent: Collection[str]) -> tuple[Event, ...]:
-    """Return an event, or two where one of its name is raised and one is sent.
+    """Return the event, or two events if its name is both raised and sent.
 
-    So its number, which goes with it through every queue, tells ``_event.type``.
+    The queues hold the number of an event, so the number determines ``_event.type``.
     """
     if event.name not in raised or event.name not in sent:
         return (event,)
@@ -346,7 +346,7 @@ class _Use:
     span: Span
     directions: set[Direction] = field(default_factory=set)
     is_exact: bool = False
-    """Whether it is raised or sent: a descriptor may be only the beginning of a name."""
+    """Whether it is raised or sent: a descriptor may be only the first tokens of a name."""
 
 
 def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
@@ -380,14 +380,14 @@ def _implied(document: Document, tree: Tree) -> dict[str, _Use]:
 def _done_events(tree: Tree, *, is_invoked: bool) -> list[str]:
     """Return ``done.state.x`` of each state that can be done (SCXML 3.7.1, 3.4).
 
-    And what an invoked machine tells its invoker when it ends.
+    For an invoked machine, also return the event that its invoker receives when it ends.
     """
     found = [f"done.state.{node.id}" for node in tree.nodes[1:] if can_be_final(tree, node.index)]
     return [*found, *([DONE] if is_invoked and can_be_final(tree, 0) else [])]
 
 
 def done_event(tree: Tree, final: Node) -> str:
-    """Return the event that tells of a final state that its parent is done."""
+    """Return the event that is raised when `final` is entered: its parent is done."""
     parent = tree.parent(final)
     return f"done.state.{parent.id}" if parent.index else DONE
 

@@ -24,7 +24,7 @@ NUMBER = re.compile(r"-? ?(0|[1-9]\d*|0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+)"
 FROM = re.compile(r"(.*\S)\s+from\s*\{(.*)\}\s*", re.DOTALL)
 """The type of a result, and those results that are tried."""
 UNTYPED = lang.EnumType("?", ())
-"""Stands for the type of a variable until its uses have been looked at."""
+"""Placeholder for the type of a variable until the type is inferred from its uses."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,8 +18,8 @@ REPLACING = frozenset({"content-not-evaluable", "unsupported-invoke"})
 class Context:
     """Where a block stands: what its names mean, and what becomes of an error.
 
-    In a ``lenient`` dialect content that cannot be evaluated is ``error.execution`` at run time,
-    and a warning now; ``scope.event_fields`` tells the current event.
+    In a ``lenient`` dialect, content that cannot be evaluated raises ``error.execution`` at run
+    time and is a warning at compile time. ``scope.event_fields`` holds the current event's fields.
     """
 
     scope: Scope

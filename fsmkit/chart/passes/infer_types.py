@@ -1,9 +1,11 @@
-"""Find the types that a loose dialect does not write, by looking at the uses.
+"""Infer the types that a loose dialect does not declare from their uses.
 
-A variable without a type has that of its start value, joined with those of what is assigned to
-it; an event that nothing declares has the fields it is raised and sent with, or, where it
-can only come from the host, those that are read of it; ``done.state.x`` has those of the final
-states in ``x``. One may depend on the other, so that the uses are looked at until nothing changes.
+* A variable has the type of its start value, joined with the types of the assigned values.
+* An undeclared event has the fields that it is raised and sent with. An event that only the host
+  can send has the fields that the chart reads.
+* ``done.state.x`` has the fields of the final states in ``x``.
+
+These types may depend on each other, so the inference repeats until nothing changes.
 """
 
 from __future__ import annotations
@@ -36,9 +38,10 @@ def infer_types(
     given: InvocationContext | None = None,
     slots: tuple[Slot, ...] = (),
 ) -> tuple[Names, Events]:
-    """Return names and events with every type known; what no use tells is a finding.
+    """Return names and events with every type known.
 
-    ``given`` tells what the chart that invokes this one gives it, ``slots`` what it invokes.
+    Report each type that no use determines. ``given`` holds the types that the invoking chart
+    passes, ``slots`` the invocations of this chart.
     """
     uses = _Uses(names, events, slots=slots)
     content = tuple(places(document, tree)) if document.datamodel != "fsmkit" else ()
@@ -84,21 +87,21 @@ class _Uses:
     read: dict[tuple[str, str], Text] = field(default_factory=dict)
     """By event and field: where a field that nothing declares is first read."""
     used: dict[tuple[str, str], dict[lang.Type, Text]] = field(default_factory=dict)
-    """By event and field: the types that uses tell, each with the first place that does."""
+    """By event and field: the types inferred from uses, each with the first such use."""
     whole: list[tuple[str, Read]] = field(default_factory=list)
-    """By event: where its payload is read as one value, in the round at hand."""
+    """By event: the reads of its payload as one value, in the current round."""
     hints: dict[str, lang.Type] = field(default_factory=dict)
-    """The types of variables that only their uses tell."""
+    """The types of variables that only their reads determine."""
     scopes: dict[tuple[int, ...], lang.Scope] = field(default_factory=dict)
     """By the current events, until more is known."""
 
     def known(self) -> tuple[object, ...]:
-        """Return all that was found so far."""
+        """Return the types inferred so far, to compare them after the next round."""
         fields = {event: dict(known) for event, known in self.fields.items()}
         return dict(self.types), fields, dict(self.hints)
 
     def look_at(self, place: Place) -> None:
-        """Take note of what one handler assigns and sends."""
+        """Record the types that one handler assigns and sends."""
         matched = self._matched(place)
         if place.invoke is not None:
             taken = {slot.index for slot in self.slots if slot.invoke is place.invoke}
@@ -128,9 +131,9 @@ class _Uses:
                         self._read(event, read)
 
     def look_at_whole_payloads(self) -> None:
-        """Take note of payloads that are one value: nothing reads a field of them.
+        """Record the types of payloads that are one value: no field of them is read.
 
-        A use that tells no type leaves open whether it is one value.
+        A use without a known type does not decide whether the payload is one value.
         """
         with_fields = {event for event, name in self.read if name != WHOLE_PAYLOAD}
         for event, read in self.whole:
@@ -153,7 +156,7 @@ class _Uses:
                     self._assign(invoke.id_location.value.strip(), lang.SYMBOL)
 
     def look_at_given(self, given: InvocationContext) -> None:
-        """Take note of what comes from the machine that invokes this one."""
+        """Record the types that the invoking machine passes in data and events."""
         for name, type_ in given.data:
             self._assign(name, type_)
         for event, fields in given.events:
@@ -164,9 +167,9 @@ class _Uses:
                     known[part.name] = join_types(own, part.type) or own
 
     def assume_numbers(self) -> None:
-        """Take what is read of events, and no use tells the type of, to be whole numbers.
+        """Give the type `int32` to each event field that is read but has no inferred type.
 
-        A variable to which nothing typed is assigned has the type that its uses tell.
+        A variable to which nothing typed is assigned has the type inferred from its reads.
         """
         for name in self.hints.keys() & self.names.untyped - self.types.keys():
             self.types[name] = self.hints[name]
@@ -175,7 +178,7 @@ class _Uses:
         self.learn()
 
     def report_reads(self, findings: Findings) -> None:
-        """Tell which fields the host must give, and of which type."""
+        """Report the fields that the host must supply, with their types."""
         for (event, name), at in self.read.items():
             what = (
                 f"the payload of `{event}`"
@@ -226,7 +229,7 @@ class _Uses:
             fields[read.name] = join_uses(known, read.type) or known
 
     def _expected(self, text: Text, scope: lang.Scope) -> lang.Type | None:
-        """Return the type of what stands beside a use; of a variable perhaps by its own uses."""
+        """Return the type of the operand beside a use; for an untyped variable, its hint."""
         return type_of(text, scope) or self.hints.get(text.value.strip())
 
     def _matched(self, place: Place) -> tuple[int, ...]:

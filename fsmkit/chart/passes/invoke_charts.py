@@ -1,7 +1,7 @@
-"""Elaborate invoked charts together with the one that invokes them.
+"""Elaborate invoked charts together with the chart that invokes them.
 
-Neither says the types of what passes between them where the dialect is loose: each is elaborated
-with what is known of the other, until nothing changes.
+A loose dialect does not declare the types of exchanged events and data. Each chart is therefore
+elaborated with the types known of the other one, until nothing changes.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from fsmkit.document.walk import states
 from fsmkit.language import location_of_session
 
 SERVICES = ("", "scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml")
-"""Types of what can be invoked."""
+"""The supported values of the `type` of an `invoke`."""
 DEEPEST = 6
 """Invocations within invocations: each level is elaborated several times."""
 

@@ -21,10 +21,10 @@ LONGEST_TICK = 3_600_000_000
 
 
 def read_capacities(document: Document, findings: Findings) -> Capacities:
-    """Return the capacities, the default for each that is not given.
+    """Return the capacities, with the default for each one that the document does not set.
 
-    SCXML knows no bounds, and real charts loop further than one written for a controller; their
-    queues hold all that one handler puts there.
+    SCXML has no bounds, and its charts run longer macrosteps than those written for a controller.
+    Their queues have room for the events that one handler raises or sends.
     """
     values = {}
     if document.datamodel != "fsmkit":

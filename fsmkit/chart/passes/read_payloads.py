@@ -29,7 +29,7 @@ EVENT = "_event"
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """A field that is read, where, and the type its use tells, if it tells one."""
+    """A read of a field: its name, its location and the type inferred from the use, if any."""
 
     name: str
     at: Text
@@ -62,9 +62,10 @@ def reads(
 
 
 def join_uses(first: Type, second: Type) -> Type | None:
-    """Return the type of what is used in two ways, None where one of them must fail.
+    """Return the type of a value that is used as `first` and as `second`.
 
-    What is compared with a string is one; what is only asked for its truth may be a number.
+    Return None if one of the uses must fail. A value compared with a string is a string. A value
+    that is used as a condition may be a number.
     """
     if SYMBOL in (first, second):
         return SYMBOL
@@ -127,7 +128,7 @@ class _Reader:
                 yield from self.look(then, expected or self._type(otherwise))
                 yield from self.look(otherwise, expected or self._type(then))
             case syntax.MemberNode() | syntax.ElementNode() | syntax.CallNode():
-                # of a field that is a record, an array or an object the use tells too little
+                # the use of a record, an array or an object does not determine its type
                 for child in syntax.children(node):
                     if not self._is_field(child):
                         yield from self.look(child, None)

@@ -28,7 +28,7 @@ class Arrow:
     targets: tuple[int, ...]
     written: DocTransition
     copied: int | None = None
-    """Of a part of a copy: which transition of the used chart it is; nothing of it is written."""
+    """For a part of a copy: the index of its transition in the used chart."""
 
 
 @dataclass(frozen=True, slots=True)

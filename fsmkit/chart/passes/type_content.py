@@ -134,8 +134,8 @@ def _logged(text: Text, context: Context) -> tuple[lang.Expr, ...]:
 
     The parts of a joined string are values of their own.
 
-    A log has no influence on the machine, so that to leave out ``'x is ' + x`` changes less than
-    ``error.execution``, which it would not be in ECMAScript.
+    A log has no influence on the machine. Omitting ``'x is ' + x`` therefore changes less than
+    raising ``error.execution``, which ECMAScript would not raise.
     """
     if not context.lenient:
         value = lang.type_expression(text, context.scope, context.findings)

@@ -149,10 +149,10 @@ def _unknown_event(name: str, written: DocTransition, events: Events, findings: 
 
 
 def at_hand(written: DocTransition, events: tuple[int, ...], context: Context) -> Context:
-    """Return the context of a transition: which event is at hand, and what it wants answered.
+    """Return the context of a transition on `events`, with their common fields and reply types.
 
-    In a loose dialect `_event` is the last event everywhere (SCXML 5.10.1), but its payload is
-    known only where the events matched tell it.
+    In a loose dialect `_event` is the last event everywhere (SCXML 5.10.1). Its payload is known
+    only in a transition that an event triggers.
     """
     if written.trigger is not Trigger.EVENT:
         return context

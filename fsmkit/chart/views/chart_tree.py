@@ -32,7 +32,7 @@ def chart_tree(chart: Chart, origins: Origins, *, with_origin: bool) -> Tree:
 
 
 def directions(event: Event) -> str:
-    """Return which ways an event travels; of the platform's, that it is raised by itself."""
+    """Return the directions of an event, or `platform` if the platform raises it."""
     return " and ".join(sorted(d.value for d in event.directions)) or "platform"
 
 
@@ -182,7 +182,7 @@ class _Maker:
         return Where(origin, span, max(names, key=len, default=""))
 
     def _within(self, state: int, origin: Origin, span: Span) -> Where:
-        """Return where a state or what stands in it comes from."""
+        """Return the origin of a state or of a part of it."""
         copy = self.copies.get(state, "")
         is_here = any(span.source.name == source.name for source in self.chart.sources)
         return Where(origin, span, "" if is_here else copy)
@@ -251,7 +251,7 @@ class _Maker:
             within.states(node)
 
     def _part(self, word: str, told: str, span: Span, state: int) -> Text:
-        """Return a line whose origin is the file it stands in."""
+        """Return a line whose origin is the file that contains it."""
         bases = {source.name for source in self.chart.sources[1:]}
         origin = Origin.INHERITED if span.source.name in bases else Origin.OWN
         return self._line(f"{word}: {told}", self._within(state, origin, span))

@@ -1,8 +1,8 @@
-"""Composite states drawn as one box: what is in them is left out, what leaves them is theirs.
+"""Composite states drawn as one box: their inner states are omitted.
 
-A chart is made that is for drawings alone. States and transitions keep their numbers. A folded
-state has no children; a transition that begins or ends in it does so at its border, one that stays
-in it is on no list and has no target.
+The resulting chart is for drawings only. States and transitions keep their numbers. A folded state
+has no children. A transition from or to an inner state starts or ends at the border. A transition
+within the state is on no list and has no target.
 """
 
 from __future__ import annotations

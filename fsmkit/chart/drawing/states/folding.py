@@ -9,7 +9,7 @@ from fsmkit.chart.chart import Chart, CopyOf, Invocation, State, Transition
 from fsmkit.document.document import Kind, Trigger
 
 ALL = "all"
-"""Stands for all copies among the names of those that are not folded."""
+"""Name that selects all copies in the list of those that are not folded."""
 
 
 def folded(
@@ -159,7 +159,7 @@ class _Folding:
             )
 
     def _parent(self, state: State) -> int:
-        assert state.parent is not None  # noqa: S101  (the root is not asked)
+        assert state.parent is not None  # noqa: S101  (never called for the root)
         return self.number[state.parent]
 
     def _transitions(self) -> tuple[Transition, ...]:
@@ -178,7 +178,7 @@ class _Folding:
         return tuple(found)
 
     def _targets(self, targets: tuple[int, ...]) -> tuple[int, ...]:
-        """Return what an arrow leads to: of what is hidden an entry point, or the copy."""
+        """Return the ends of an arrow; a hidden target becomes an entry point or the copy."""
         found: list[int] = []
         for target in targets:
             if target in self.number:

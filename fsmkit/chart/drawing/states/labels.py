@@ -1,4 +1,4 @@
-"""What stands beside an arrow and in a state: UML's `event [guard] / actions`, wrapped."""
+"""Labels of arrows and states: UML's `event [guard] / actions`, wrapped."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def wrapped(text: str, width: int, margin: str) -> tuple[str, ...]:
 
 
 def cut(lines: tuple[str, ...]) -> tuple[str, ...]:
-    """Return at most `MOST_LINES` lines; the last tells that there are more."""
+    """Return at most `MOST_LINES` lines; the last one marks that there are more."""
     return lines if len(lines) <= MOST_LINES else (*lines[: MOST_LINES - 1], "  ...")
 
 
@@ -150,9 +150,9 @@ def is_inside(transition: Transition) -> bool:
 
 @telling
 def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
-    """Return what stands in a state below its name.
+    """Return the lines in a state below its name.
 
-    Entry, exit, what it invokes, deferred events, own reactions.
+    They show entry, exit, invocations, deferred events and the state's own reactions.
     """
     reactions = (line for _, lines in own_reactions(chart, state) for line in lines)
     return (*content_lines(chart, state), *reactions)
@@ -160,7 +160,7 @@ def box_lines(chart: Chart, state: State) -> tuple[str, ...]:
 
 @telling
 def content_lines(chart: Chart, state: State) -> tuple[str, ...]:
-    """Return what stands in a state before its own reactions."""
+    """Return the lines in a state before its own reactions."""
     lines: list[str] = []
     if is_box(state) and state.last_descendant > state.index:
         inside = chart.states[state.index + 1 : state.last_descendant + 1]

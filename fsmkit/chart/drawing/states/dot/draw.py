@@ -5,7 +5,7 @@ node in it and clipped at the border of its cluster (``ltail``, ``lhead``).
 
 In SVG a state is the element ``s12``, a transition ``t25``: an arrow, or a link in the box of its
 state (``a_t25``, as Graphviz names it). Further pieces of it are ``t25_1`` and so on, its text is
-``w25`` if that stands for itself. Classes are ``state`` or ``transition``, where it comes from
+``w25`` if it is a separate element. Classes are ``state`` or ``transition``, where it comes from
 (``own``, ``inherited``, ``overridden``) and ``watchdog``. The tooltip is the place in the source.
 """
 
@@ -35,11 +35,11 @@ FONT = "Helvetica,Arial,sans-serif"
 TITLE, NAME, SMALL = 16, 12, 10
 """Sizes of type, in points."""
 INK, SOFT, GREY = "#1f2933", "#52606d", "#8490a0"
-"""Of what the chart has itself, of its content, and of what it inherits."""
+"""Colours of the chart's own elements, of content, and of inherited elements."""
 WATCHDOG = "#b45309"
 ACTIVE, ACTIVE_BORDER, ACTIVE_AREA = "#ffd66b", "#b7791f", "#fff8e1"
 AREAS = ("#f5f7fa", "#ffffff")
-"""Of compound states, by turns with their depth."""
+"""Fill colours of compound states, alternating with their depth."""
 ROUNDED, DASHED = "rounded,filled", "rounded,filled,dashed"
 """Styles of the boxes of states; regions are dashed."""
 BELOW_BORDER = 3
@@ -90,7 +90,7 @@ class Drawer:
 
     @cached_property
     def _drawn(self) -> tuple[Transition, ...]:
-        """The transitions that states list: one that none does is left out."""
+        """The transitions that a state lists; the others are not drawn."""
         listed = {index for state in self.chart.states for index in state.transitions}
         listed |= {state.initial for state in self.chart.states if state.initial is not None}
         return tuple(t for t in self.chart.transitions if t.index in listed)
@@ -258,7 +258,7 @@ class Drawer:
     # --- transitions ----------------------------------------------------------------------
 
     def _is_in_its_box(self, transition: Transition) -> bool:
-        """Whether a transition is text in its state: without a target, or back to it all."""
+        """Whether a transition is text in its state: it has no target or is a cluster's loop."""
         return is_inside(transition) or (
             transition.trigger is not Trigger.INITIAL
             and transition.targets == (transition.source,)
@@ -320,7 +320,7 @@ class Drawer:
             yield _edge(bar, self._head(source, self.chart.states[target], True), True, own)
 
     def _tail(self, transition: Transition, source: State, is_down: bool) -> End:
-        """Return where the arrow of a transition begins."""
+        """Return the start of the arrow of a transition."""
         if transition.trigger is Trigger.INITIAL and not source.is_history:
             return End(_initial(source))
         if not self._is_cluster(source.index):
@@ -338,7 +338,7 @@ class Drawer:
         return End(_initial(target) if is_down else self._lowest(target), _cluster(target))
 
     def _lowest(self, state: State) -> str:
-        """Return the node that lies lowest in a cluster, as far as `_ranks` can tell."""
+        """Return the lowest node of a cluster, by the estimate of `_ranks`."""
         inside = range(state.index + 1, state.last_descendant + 1)
         leaves = [
             i
@@ -354,7 +354,7 @@ class Drawer:
 
     @cached_property
     def _ranks(self) -> list[int]:
-        """Estimate how far down Graphviz will put each state: the longest way there."""
+        """Estimate the rank of each state in Graphviz: the length of the longest path to it."""
         states = self.chart.states
         ranks = [0] * len(states)
         incoming: list[list[int]] = [[] for _ in states]

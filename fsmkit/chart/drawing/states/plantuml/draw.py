@@ -115,7 +115,7 @@ def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
 def _is_of_a_region(chart: Chart, transition: Transition) -> bool:
     """Whether an arrow leads from a region to itself.
 
-    PlantUML refuses that of a first region without states in it, unless it is drawn in the region.
+    PlantUML rejects it for a first region without states, unless it is drawn in the region.
     """
     parent = chart.states[transition.source].parent
     return (
@@ -151,9 +151,9 @@ def _end(chart: Chart, state: int, others: Sequence[int]) -> int:
 
 
 def _words(chart: Chart, word: str, ends: Mapping[int, int], end: int) -> tuple[str, ...]:
-    """Return which states are meant by an arrow that ends at a state around them."""
-    meant = [chart.states[state].id for state, at in ends.items() if at == end != state]
-    return (f"{word} {', '.join(meant)}",) if meant else ()
+    """Return a label with the states inside ``end`` whose arrows are drawn at its border."""
+    inner = [chart.states[state].id for state, at in ends.items() if at == end != state]
+    return (f"{word} {', '.join(inner)}",) if inner else ()
 
 
 def _look(transition: Transition) -> str:
