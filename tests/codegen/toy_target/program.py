@@ -253,8 +253,7 @@ class ProgramPrinter:
         self._of().block(self.chart.transitions[self.chart.root.initial or 0].content)
         self._enter(self.plan.start)
 
-    def _enter(self, ops: tuple[Op | Resume, ...], held: frozenset[int] = frozenset()) -> None:
-        """Print what is entered; ``held``: the histories that entering a parent may not change."""
+    def _enter(self, ops: tuple[Op | Resume, ...]) -> None:
         for op in ops:
             match op:
                 case Enter(state, defaults):
@@ -264,35 +263,27 @@ class ProgramPrinter:
                 case Content(transition):
                     self.out.line(f"take({transition})")
                 case Branch(history, recorded, unrecorded):
-                    self._hold(history)
                     first = self.plan.recorded_regions[history][0]
-                    with self.out.block(f"if (HELD[{history}, {first}]) {{"):
-                        self._enter(recorded, held | {history})
+                    with self.out.block(f"if (HISTORY[{history}, {first}]) {{"):
+                        self._enter(recorded)
                     with self.out.block("else {"):
-                        self._enter(unrecorded, held)
-                case Restore(history):
-                    if history not in held:
-                        self._hold(history)
-                    self._enter(self.plan.resumed(op), held)
+                        self._enter(unrecorded)
+                case Restore():
+                    self._enter(self.plan.resumed(op))
                 case Resume(history, region, cases):
                     for state, inner in cases:
-                        with self.out.block(f"if (HELD[{history}, {region}] == {state}) {{"):
-                            self._enter(inner, held)
+                        with self.out.block(f"if (HISTORY[{history}, {region}] == {state}) {{"):
+                            self._enter(inner)
                 case _:
                     assert_never(op)
-
-    def _hold(self, history: int) -> None:
-        for region in self.plan.recorded_regions[history]:
-            self.out.line(f"HELD[{history}, {region}] = HISTORY[{history}, {region}]")
 
     # --- actions of states ------------------------------------------------------------------------
 
     def _actions(self, actions: Iterable[Action]) -> None:
         for action in actions:
             match action:
-                case Forget(history):
-                    for region in self.plan.recorded_regions[history]:
-                        self.out.line(f"HISTORY[{history}, {region}] = 0")
+                case Forget():
+                    pass  # read again after the next record only: saved machines alone show it
                 case Arm(transition, delay):
                     self.out.line(f'arm("timeout", {transition}, "", {delay}, "")')
                 case Disarm(transition):

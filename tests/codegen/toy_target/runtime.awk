@@ -232,18 +232,13 @@ function meet(one, other,   a, b) {
 
 # --- steps ----------------------------------------------------------------------------------------
 
-# Leave, run the content, enter: domains are disjoint, so the last one in the document is left first.
-function microstep(   at, count, order, other) {
-    count = ENABLED
-    for (at = 0; at < count; at++) {
-        for (other = at; other > 0 && SOURCE[TAKEN[order[other - 1]]] > SOURCE[TAKEN[at]]; other--)
-            order[other] = order[other - 1]
-        order[other] = at
-    }
-    for (at = 0; at < count; at++) record_histories(VARIANT[at])
-    for (at = count - 1; at >= 0; at--) leave_states(VARIANT[order[at]])
-    for (at = 0; at < count; at++) take(TAKEN[at])
-    for (at = 0; at < count; at++) enter_states(VARIANT[order[at]])
+# Leave, run the content, enter. The transitions are in the order of the document, and their domains
+# are disjoint: so the last one leaves its states first.
+function microstep(   at) {
+    for (at = 0; at < ENABLED; at++) record_histories(VARIANT[at])
+    for (at = ENABLED - 1; at >= 0; at--) leave_states(VARIANT[at])
+    for (at = 0; at < ENABLED; at++) take(TAKEN[at])
+    for (at = 0; at < ENABLED; at++) enter_states(VARIANT[at])
 }
 function open_event(occurrence) {
     BUDGET = MICROSTEPS
