@@ -1,6 +1,6 @@
 """Entry sets (Appendix D, computeEntrySet), computed at compile time.
 
-Only the tests of what a history recorded are left to run time.
+Only the tests of histories and of their records are left to run time.
 """
 
 from __future__ import annotations

@@ -1,39 +1,39 @@
-"""The layout of a saved machine: the same bytes in every runtime, least significant byte first.
+"""The layout of a saved machine: equal bytes in every runtime, least significant byte first.
 
 ::
 
-    "FSM" 1   hash of the chart (8 bytes)   the machine   CRC-32 of all that (4 bytes)
+    "FSM" 1   hash of the chart (8 bytes)   the machine   CRC-32 of these bytes (4 bytes)
 
-A machine, every part as long as the chart says, whatever it holds:
+A machine consists of these parts, whose sizes depend only on the chart:
 
 * status (1 byte: 1 running, 2 finished) and fault (1 byte, `FAULTS`);
 * for each region its deepest active state (2); for each history and each region that it records
-  the state that it recorded (2), 0 for none; a state is its place in document order;
+  the recorded state (2), 0 for none; a state is its position in document order;
 * data, outputs, inputs, in the order of the chart;
-* the external queue: how many (1), then as many events as fit;
-* if some state defers: the deferred events in the same way;
-* if there can be timers: how many (1), then for each the ticks left (4, signed) and its transition
-  (2), or `SEND` for a delayed send;
-* if there can be delayed sends: for each, in the order of the timers, the place in ``routes``, in
-  ``ids`` and in ``peers`` (2 each), and the event;
-* the machine in each slot, if it runs; else zeros.
+* the external queue: the number of events (1), then its capacity of events;
+* if some state defers: the deferred events in the same format;
+* if timers are possible: their number (1), then for each the ticks left (4, signed) and its
+  transition (2), or `SEND` for a delayed send;
+* if delayed sends are possible: for each, in the order of the timers, its positions in ``routes``,
+  ``ids`` and ``peers`` (2 each), and the event;
+* the machine in each slot if it runs, else zeros.
 
-An event is its index plus one (2), its fields, and zeros up to the longest payload of the chart.
-A value takes the fewest bytes of 1, 2, 4, 8 that hold its type; a symbol is its place in ``texts``
-(4); durations and floats are 4 or 8 bytes. What is beyond a count is zero. Of a machine that does
-not run, events, timers and slots are zero.
+An event is its index plus one (2), its fields, and zeros up to the longest payload of the chart. A
+value takes the fewest bytes of 1, 2, 4, 8 that hold its type. A symbol is its position in ``texts``
+(4); durations and floats have 4 or 8 bytes. The bytes beyond a count are zero. If the machine does
+not run, its events, timers and slots are zero.
 
-Bytes with the right checksum may describe a machine that cannot exist. Every runtime rejects them:
+Bytes with a valid checksum may describe an impossible machine. Every runtime rejects these:
 
 * a value outside its type, a count over its bound, a machine that both runs and is finished, or
-  does so with a fault;
-* a running machine with a region that is in no state though its parallel state is active, that is
-  in a state though it is not, or whose state has an initial state to enter or ends the machine;
-* a machine without a state that ended or runs, or with one that was not started; one that is
-  finished, but not in a final state of the root; a fault that the chart cannot come to;
-* a history that recorded a state which it does not record, or not all regions of a parallel state;
-* a timer of a state that is not active, two of one transition, one before an earlier deadline;
-* whatever is saved as other bytes again, such as events of a machine that does not run.
+  runs with a fault;
+* a running machine with an inactive region in an active parallel state, with an active region in
+  an inactive one, or in a state that must enter its initial state or ends the machine;
+* a machine that runs or has ended without an active state, or has one without being started; a
+  finished machine that is not in a final state of the root; a fault that the chart cannot cause;
+* a history with a state that it does not record, or with only some regions of a parallel state;
+* a timer of an inactive state, two of one transition, one before an earlier deadline;
+* bytes that would be saved differently, such as events of a machine that does not run.
 """
 
 from __future__ import annotations
@@ -58,19 +58,19 @@ from fsmkit.plan.plan import Plan
 
 MAGIC = b"FSM\x01"
 SEND = 0x8000
-"""Instead of a transition: the timer is that of a delayed send."""
+"""The number of a delayed send's timer, in place of a transition."""
 UNKNOWN_TEXT = 0x10000
-"""Symbols from here on are numbers that the host of a machine in C gave."""
+"""The first number of symbols that the host of a machine in C has added."""
 FAULTS = (None, "microsteps", "internal", "range", "error.*", "invoked")
-"""In the order of ``fsm_fault``. The bytes do not tell which error it was that nobody handled."""
+"""The faults in the order of ``fsm_fault``. The bytes do not contain which error was unhandled."""
 INTEGERS = (("B", 0, 2**8 - 1), ("b", -(2**7), 2**7 - 1), ("H", 0, 2**16 - 1),
             ("h", -(2**15), 2**15 - 1), ("I", 0, 2**32 - 1), ("i", -(2**31), 2**31 - 1),
             ("Q", 0, 2**64 - 1), ("q", -(2**63), 2**63 - 1))  # fmt: skip
-"""Codes of `struct` with what they hold."""
+"""The codes of `struct`, with the ranges of their values."""
 
 
 def head(chart: Chart) -> bytes:
-    """Return what every saved machine of a chart begins with."""
+    """Return the first bytes of every saved machine of a chart."""
     return MAGIC + bytes.fromhex(fingerprint(chart))[:8]
 
 
@@ -142,11 +142,11 @@ def size_of(text: str) -> int:
 
 @dataclass(frozen=True)
 class Image:
-    """What the saved machine of a chart consists of."""
+    """The parts of the saved machine of a chart."""
 
     plan: Plan
     is_inner: bool = False
-    """Another machine invokes it."""
+    """Whether another machine invokes it."""
 
     @property
     def chart(self) -> Chart:
@@ -155,7 +155,7 @@ class Image:
 
     @cached_property
     def values(self) -> tuple[lang.Field, ...]:
-        """Data, outputs and inputs."""
+        """The data, outputs and inputs."""
         chart = self.chart
         return tuple(
             lang.Field(v.name, v.type) for v in (*chart.data, *chart.outputs, *chart.inputs)
@@ -163,12 +163,12 @@ class Image:
 
     @cached_property
     def payload(self) -> int:
-        """Bytes of the longest payload."""
+        """The bytes of the longest payload."""
         return max((size_of(codes(event.fields)) for event in self.chart.events), default=0)
 
     @cached_property
     def histories(self) -> tuple[tuple[int, int], ...]:
-        """A history and a region for each number that histories record."""
+        """A pair of history and region for each recorded number."""
         recorded = self.plan.recorded_regions
         return tuple(
             (s.index, r) for s in self.chart.states if s.is_history for r in recorded[s.index]
@@ -176,7 +176,7 @@ class Image:
 
     @cached_property
     def resting(self) -> frozenset[int]:
-        """States that can be the deepest of their region while the machine runs."""
+        """The states that can be the deepest of their region while the machine runs."""
         states = self.chart.states
         return frozenset(
             s.index
@@ -186,20 +186,21 @@ class Image:
 
     @cached_property
     def owners(self) -> tuple[int, ...]:
-        """For each region the parallel state that is active while the region is; else the root."""
+        """For each region the parallel state that owns it, or the root."""
         return tuple(region.owner or 0 for region in self.plan.regions)
 
     @cached_property
     def recordable(self) -> tuple[frozenset[int], ...]:
-        """For each entry of `histories` the states that can be recorded there."""
+        """For each entry of `histories` its recordable states."""
         return tuple(frozenset(self._recordable(*each)) for each in self.histories)
 
     @cached_property
     def recorded_below(self) -> tuple[tuple[int, int, int], ...]:
         """For each entry of `histories` when it holds a state, as an entry and two states.
 
-        It does if that entry holds a state between the two: a parallel state that has the region,
-        and the last one below it. The entry -1: it does if any of its history does.
+        The condition is that this entry holds a state between the two: the parallel state with the
+        region, and its last descendant. The entry -1 means that any entry of its history holds a
+        state.
         """
         return tuple(self._recorded_below(*each) for each in self.histories)
 
@@ -213,7 +214,7 @@ class Image:
 
     @cached_property
     def endings(self) -> frozenset[int]:
-        """The states in which the machine is finished."""
+        """The final states of the machine."""
         return frozenset(
             s.index for s in self.chart.states if s.kind is Kind.FINAL and s.parent == 0
         )
@@ -247,32 +248,32 @@ class Image:
 
     @cached_property
     def routes(self) -> tuple[tuple[Destination, tuple[int, ...]], ...]:
-        """Where delayed sends go to, each once."""
+        """The distinct targets of delayed sends."""
         return tuple(dict.fromkeys((s.destination, s.invocations) for s in self._sends))
 
     @cached_property
     def ids(self) -> tuple[str | None, ...]:
-        """The ids of delayed sends, each once, after that of none."""
+        """The distinct ids of delayed sends, after None."""
         return tuple(dict.fromkeys([None, *(s.id for s in self._sends)]))
 
     @cached_property
     def peers(self) -> tuple[str | None, ...]:
-        """The same of what delayed sends are addressed to."""
+        """The distinct peers of delayed sends, after None."""
         return tuple(dict.fromkeys([None, *(s.peer for s in self._sends)]))
 
     @cached_property
     def delayed(self) -> int:
-        """How many delayed sends there can be."""
+        """The greatest number of pending delayed sends."""
         return self.chart.capacities.delayed if self._sends else 0
 
     @cached_property
     def timers(self) -> int:
-        """How many timers can be armed."""
+        """The greatest number of armed timers."""
         return timeouts_at_once(self.chart) + self.delayed
 
     @cached_property
     def deferred(self) -> int:
-        """How many events can be deferred."""
+        """The greatest number of deferred events."""
         return self.chart.capacities.queue if any(s.defer for s in self.chart.states) else 0
 
     @cached_property
@@ -284,7 +285,7 @@ class Image:
 
     @cached_property
     def texts(self) -> tuple[str, ...]:
-        """The symbols of the chart, in order of the alphabet; the empty one first."""
+        """The symbols of the chart in alphabetical order, after the empty one."""
         if not self.stores_symbols:
             return ("",)
         chart = self.chart
@@ -295,18 +296,18 @@ class Image:
 
     @cached_property
     def inner(self) -> tuple[Image, ...]:
-        """Those of the machines in the slots."""
+        """The images of the machines in the slots."""
         return tuple(Image(lower(each.chart), is_inner=True) for each in self.chart.invocations)
 
     @cached_property
     def size(self) -> int:
-        """Bytes of a machine, head and CRC left out."""
+        """The bytes of a machine without header and CRC."""
         found = 2 + 2 * (len(self.plan.regions) + len(self.histories)) + size_of(codes(self.values))
         return found + self.waiting + sum(image.size for image in self.inner)
 
     @cached_property
     def waiting(self) -> int:
-        """Bytes of all events and timers of a machine."""
+        """The bytes of all events and timers of a machine."""
         event = 2 + self.payload
         found = 1 + event * self.chart.capacities.queue
         found += 1 + event * self.deferred if self.deferred else 0
@@ -315,7 +316,7 @@ class Image:
 
     @property
     def total(self) -> int:
-        """Bytes of a saved machine."""
+        """The bytes of a saved machine."""
         return len(MAGIC) + 8 + self.size + 4
 
 

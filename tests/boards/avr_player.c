@@ -30,7 +30,7 @@ void paint(void)
         *p = PAINT;
 }
 
-/* The longest part that was never used: it lies between what `malloc` gave and the stack. */
+/* Return the longest part that was never used, between the heap and the stack. */
 static uint16_t unused(void)
 {
     uint16_t most = 0, length = 0;

@@ -1,4 +1,4 @@
-/* board_player.c: see board_player.h; and what newlib asks of a system: standard input is the
+/* board_player.c: see board_player.h; and the system calls for newlib: standard input is the
  * script that is linked in, standard output the serial port. */
 #include "board_player.h"
 #include "cortex_m/mps2_an385.h"
@@ -12,7 +12,7 @@ enum { CYCLES_A_TICK = MPS2_CLOCK_HZ / 1000 };
 
 extern const char script[];
 extern const size_t script_length;
-extern char end[]; /* of the linker script: where the heap begins */
+extern char end[]; /* of the linker script: the start of the heap */
 
 int play(void); /* the main of the harness */
 void IRQ31_Handler(void);

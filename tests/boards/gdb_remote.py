@@ -33,13 +33,13 @@ class Probe:
     def read(self, address: int, size: int) -> bytes:
         """Return memory."""
         return b"".join(
-            bytes.fromhex(self._ask(f"m{address + at:x},{min(1024, size - at):x}"))
+            bytes.fromhex(self._request(f"m{address + at:x},{min(1024, size - at):x}"))
             for at in range(0, size, 1024)
         )
 
     def write(self, address: int, data: bytes) -> None:
         """Change memory."""
-        assert self._ask(f"M{address:x},{len(data):x}:{data.hex()}") == "OK"
+        assert self._request(f"M{address:x},{len(data):x}:{data.hex()}") == "OK"
 
     def go_on(self) -> None:
         """Let the processor run."""
@@ -50,7 +50,7 @@ class Probe:
         self._socket.sendall(b"\x03")
         self._receive()
 
-    def _ask(self, text: str) -> str:
+    def _request(self, text: str) -> str:
         self._send(text)
         return self._receive()
 

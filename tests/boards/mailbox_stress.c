@@ -66,7 +66,7 @@ enum { BOXES = PRODUCERS };
 #endif
 static toy_mailbox boxes[BOXES];
 static const uint8_t numbers[PRODUCERS] = {0, 1, 2};
-static uint32_t told_lost[PRODUCERS]; /* what each producer was told; read after it ended */
+static uint32_t reported_lost[PRODUCERS]; /* the losses reported to each producer; read after it ended */
 static uint32_t events;
 static fsm_shared ended;
 static pthread_mutex_t ending = PTHREAD_MUTEX_INITIALIZER;
@@ -84,7 +84,7 @@ static void *produce(void *argument)
     for (uint32_t i = 0; i < share(from); i++) {
         toy_event e = {i, 2u * i, from};
         while (!toy_mailbox_put(box, &e)) {
-            told_lost[from]++;
+            reported_lost[from]++;
             if (from != PATIENT)
                 break;
             (void)sched_yield();
@@ -116,14 +116,14 @@ int main(int argc, char **argv)
     for (unsigned i = 0; i < PRODUCERS; i++) {
         (void)pthread_join(threads[i], NULL);
         printf("producer %u: sent %u arrived %u lost %u\n", i, (unsigned)share(i),
-               (unsigned)machine.arrived[i], (unsigned)told_lost[i]);
-        failures += machine.arrived[i] != (i == PATIENT ? share(i) : events - told_lost[i]);
+               (unsigned)machine.arrived[i], (unsigned)reported_lost[i]);
+        failures += machine.arrived[i] != (i == PATIENT ? share(i) : events - reported_lost[i]);
         failures += machine.arrived[i] == 0;
     }
     for (unsigned i = 0; i < BOXES; i++) {
         uint32_t told = 0;
         for (unsigned from = i; from < PRODUCERS; from += BOXES)
-            told += told_lost[from];
+            told += reported_lost[from];
         failures += toy_mailbox_lost(&boxes[i]) != told;
     }
     printf("wrong %u failures %u\n", machine.wrong, failures);

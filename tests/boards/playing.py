@@ -38,7 +38,7 @@ EMULATED = (
 )
 """The board; each instruction takes a nanosecond, sleep none."""
 NEWLIB = ("-D__int64_t_defined=1", "-D__int_least64_t_defined=1")
-"""Its <inttypes.h> asks for these to define PRId64, but the <stdint.h> of gcc defines neither."""
+"""Its <inttypes.h> needs these to define PRId64, but the <stdint.h> of gcc defines neither."""
 AVR = "atmega1284p"
 """Its 16 KB of memory hold the harness beside the machine; int has 16 bits."""
 ON_AVR = (

@@ -55,7 +55,7 @@ int __wrap_clock_gettime(clockid_t clock, struct timespec *at)
     return 0;
 }
 
-/* The words of the next line; false at the end, where the loop is told to stop. */
+/* The words of the next line; false at the end, which stops the loop. */
 static bool next_line(char *first, uint64_t *a, uint64_t *b)
 {
     char line[100];

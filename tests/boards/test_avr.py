@@ -40,7 +40,7 @@ def jobs(request: pytest.FixtureRequest) -> list[Job]:
 
 
 def narrow_int_job() -> Job:
-    """Return a chart of values in uint16_t beside negative ones, and all it can be asked."""
+    """Return a chart with uint16_t values beside negative ones, and a script of all its events."""
     chart = fsmkit.read_chart(Path(__file__).with_name("narrow_int.yaml"))
     script = ["start 0"]
     for wide in (0, 3, 4000):

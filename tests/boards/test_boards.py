@@ -47,7 +47,7 @@ def optimization(jobs: list[Job]) -> str:
 
 
 POSTED = ("post ", "reject ")
-"""What lines of a trace begin with for an event that an operation posts."""
+"""The start of trace lines for an event that an operation posts."""
 
 
 @pytest.mark.slow
@@ -171,7 +171,7 @@ FSM_MAILBOX(toy, 4, 16)
 
 static toy machine;
 static toy_mailbox box;
-static volatile uint32_t sent[PRIORITIES], refused[PRIORITIES];
+static volatile uint32_t sent[PRIORITIES], rejected[PRIORITIES];
 
 static void produce(uint32_t from, uint32_t times)
 {
@@ -179,7 +179,7 @@ static void produce(uint32_t from, uint32_t times)
         const toy_event e = {sent[from], from};
         sent[from] = sent[from] + 1u;
         if (!toy_mailbox_put(&box, &e))
-            refused[from] = refused[from] + 1u;
+            rejected[from] = rejected[from] + 1u;
     }
 }
 
@@ -197,7 +197,7 @@ void IRQ31_Handler(void) /* long, and interrupted by the other */
     produce(1u, 20u);
 }
 
-static void tell(const char *text, uint32_t number)
+static void print(const char *text, uint32_t number)
 {
     mps2_print(text);
     mps2_print_number(number);
@@ -213,13 +213,13 @@ static void step(void *context, uint32_t now)
     __asm__ volatile("cpsid i" ::: "memory");
     toy_mailbox_run(&box, &machine, now);
     for (uint32_t from = 0; from < PRIORITIES; from++) {
-        tell("sent ", sent[from]);
-        tell(" arrived ", machine.arrived[from]);
-        tell(" refused ", refused[from]);
+        print("sent ", sent[from]);
+        print(" arrived ", machine.arrived[from]);
+        print(" rejected ", rejected[from]);
         mps2_print("\\n");
     }
-    tell("lost ", toy_mailbox_lost(&box));
-    tell(" wrong ", machine.wrong);
+    print("lost ", toy_mailbox_lost(&box));
+    print(" wrong ", machine.wrong);
     mps2_exit(0);
 }
 
@@ -235,13 +235,13 @@ int main(void)
 }
 """
 TOLD = (
-    r"sent (\d+) arrived (\d+) refused (\d+)\nsent (\d+) arrived (\d+) refused (\d+)\n"
+    r"sent (\d+) arrived (\d+) rejected (\d+)\nsent (\d+) arrived (\d+) rejected (\d+)\n"
     r"lost (\d+) wrong (\d+)"
 )
 
 
 def shared_mailbox(folder: Path, build: Build, run: Run, emulator: str, *macros: str) -> list[int]:
-    """Return what two interrupts that share a mailbox sent, what arrived, and what was refused."""
+    """Return the sent, received and rejected messages of two interrupts that share a mailbox."""
     (folder / "shared.c").write_text(SHARED, encoding="utf-8")
     words = ["-O1", *BARE, *macros, "shared.c", *BOARD, *LINKED, "-lgcc"]
     image = build(folder, "arm-none-eabi-gcc", *words)

@@ -225,16 +225,16 @@ def test_pkg_config(project: Path, require_tool: RequireTool, build: Build, run:
     tool = require_tool("pkg-config")
     environment = {**os.environ, "PKG_CONFIG_PATH": str(PATHS["pkgconfig"])}
 
-    def told(*arguments: str) -> list[str]:
+    def pkg_config(*arguments: str) -> list[str]:
         words = [tool, *arguments, "fsmkit"]
         return subprocess.check_output(words, env=environment, text=True).split()
 
-    assert told("--modversion") == [fsmkit.__version__]
+    assert pkg_config("--modversion") == [fsmkit.__version__]
     fsmkit_command = Path(sys.executable).parent / "fsmkit"
     for name in ("gate", "second"):
         run(fsmkit_command, "compile", project / f"{name}.yaml", "--out", project)
     files = sorted(path.name for path in project.glob("*.c"))
-    arguments = (*told("--cflags"), *files, *told("--variable=posix"), "-pthread")
+    arguments = (*pkg_config("--cflags"), *files, *pkg_config("--variable=posix"), "-pthread")
     assert run(build(project, "gcc", *arguments)) == "level 1 then 0\n"
     for variable in ("posix", "cortex_m"):
-        assert [Path(path).is_file() for path in told(f"--variable={variable}")] == [True]
+        assert [Path(path).is_file() for path in pkg_config(f"--variable={variable}")] == [True]

@@ -60,7 +60,7 @@ def test_threads_that_share_a_mailbox_under_the_thread_sanitizer(
 
 
 def shows_a_race(program: Path) -> bool:
-    """Tell whether one of some runs does: threads that happen not to meet show nothing.
+    """Return whether one of several runs shows a race; threads may not meet in a single run.
 
     A run ends at its first race; after that a lost message would keep it waiting for ever.
     """

@@ -53,8 +53,8 @@ def test_periodic(tmp_path: Path, build: Build) -> None:
         "step 9 at 9000000",  # ends 1 ns after 10 began
         "step 11 at 11000007",
         "step 12 at 4294967308000000",  # modulo 2^32
-        "real-time priority: not asked for",
-        "locked memory: not asked for",
+        "real-time priority: not requested",
+        "locked memory: not requested",
         f"cycles 9, overruns 3, missed deadlines {2 + 1 + 2**32}",
         "overruns by reason: step long 3",
         "cycle 5: woken 1024 ns late, step 2500000 ns: step long",
@@ -161,8 +161,8 @@ def test_tickless(tmp_path: Path, build: Build) -> None:
         "step 13 at 13001500",  # arms no timer
         "step 20 at 20001500",  # woken; lasts beyond the timer at 25
         "step 29 at 29001500",
-        "real-time priority: not asked for",
-        "locked memory: not asked for",
+        "real-time priority: not requested",
+        "locked memory: not requested",
         "cycles 6, overruns 0, missed deadlines 0",
         "longest step 9000000 ns, worst jitter 4001500 ns",
         "jitter: p50 1535 ns, p99 4001500 ns, p99.9 4001500 ns",
@@ -206,8 +206,8 @@ def judge(printed: str, kind: str) -> None:
     cycles = int(re.search(r"cycles (\d+)", printed)[1])  # type: ignore[index]
     late = sum(int(line.split()[-1]) for line in printed.splitlines() if line.startswith("late"))
     assert late == cycles if kind == "periodic" else 0 < late <= cycles
-    assert re.search(r"real-time priority: (granted|refused: \w)", printed)
-    assert re.search(r"locked memory: (granted|refused: \w)", printed)
+    assert re.search(r"real-time priority: (granted|denied: \w)", printed)
+    assert re.search(r"locked memory: (granted|denied: \w)", printed)
 
 
 @pytest.mark.external
@@ -260,5 +260,5 @@ def test_what_is_refused_is_said(tmp_path: Path, build: Build, run: Run) -> None
         encoding="utf-8",
     )
     printed = run(build(tmp_path, "gcc", "-pthread", "main.c", HOST))
-    assert f"real-time priority: refused: {os.strerror(22)}" in printed
+    assert f"real-time priority: denied: {os.strerror(22)}" in printed
     assert "cycles 1," in printed

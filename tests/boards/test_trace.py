@@ -170,7 +170,7 @@ def test_states_are_right_within_a_second_of_the_last_loss(
     )
     assert again <= losses[-1] + SECOND
     for at, on in states(gate, found):
-        if on is not None:  # what is told is so
+        if on is not None:  # reported values are true
             first, after = bisect_left(times, at), bisect_right(times, at)
             assert on in [told for _, told in timeline[max(0, first - 1) : after]]
     if level == 2:
@@ -201,7 +201,7 @@ def test_a_probe_reads_the_ring_in_the_memory(
             data = b""
             for _ in range(200):
                 probe.go_on()
-                time.sleep(0.03)  # of the emulator: nothing tells that the program got on
+                time.sleep(0.03)  # of the emulator: no output shows the program's progress
                 probe.stop()
                 data += taken(probe)
                 if len(data) >= 3_000:

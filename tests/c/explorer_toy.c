@@ -8,7 +8,7 @@
  * octal ones, so that the set cannot be dense. Prints how the search ended, states, transitions, depth, the
  * length of the shortest path to a deadlock (0: none), whether there is a cycle of internal steps, the
  * number of traps, meals, whether the set was dense, and the length of a path to the last state found. With lossy
- * storage the graph is not asked for livelocks, traps and that state. */
+ * storage livelocks, traps and that state are not computed. */
 #include "liveness/cycles.h"
 #include "search/path.h"
 
@@ -21,7 +21,7 @@ enum { THINKING, HOLDING, EATING };
 static uint32_t count;
 static bool mixed, busy, sparse;
 
-/* What a philosopher's phase counts in the state. */
+/* The weight of a philosopher's phase in the state. */
 static fsm_state weight(uint32_t i)
 {
     fsm_state each = sparse ? 8 : 3, found = i % 2 == 0 ? 1 : (fsm_state)1 << 32;

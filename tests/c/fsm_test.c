@@ -1,4 +1,4 @@
-/* fsm_test.c: the library beside generated machines, tried by itself. */
+/* fsm_test.c: tests of the library of generated machines. */
 #include "fsm.h"
 
 #include <stdio.h>
@@ -148,7 +148,7 @@ static void division(void)
     CHECK(failed == FSM_FINE);
     (void)fsm_div_i32(&failed, 1, 0);
     CHECK(failed == FSM_CONTENT_ERROR);
-    failed = FSM_RANGE_FAULT; /* the first failure is the one that is told */
+    failed = FSM_RANGE_FAULT; /* the first failure is the reported one */
     (void)fsm_rem_u32(&failed, 1u, 0u);
     CHECK(failed == FSM_RANGE_FAULT);
 }

@@ -136,7 +136,7 @@ static void expect_closed(const fsm_bound *zone, uint32_t size, const char *what
     expect(fsm_zone_close(again, size) && memcmp(again, zone, (size_t)size * size * sizeof *zone) == 0, what);
 }
 
-/* What leads into a zone by time, what lies in two zones, and what a map leads into a zone. */
+/* The past of a zone, the intersection of two zones, and the preimage of a zone under a map. */
 static void check_back(const fsm_bound *zone, uint32_t size)
 {
     fsm_bound before[16], both[16], mapped[16], other[16], image[9];
@@ -192,8 +192,8 @@ static void check_map(const fsm_bound *zone)
     } while (next(point, 3));
 }
 
-/* Whether a point of the zone does at the same times all that `point` does. */
-static bool stood_in_for(const fsm_bound *zone, const int32_t *point, const fsm_limits *limits)
+/* Return whether some point of the zone satisfies the same limits as `point` at all times. */
+static bool has_equivalent(const fsm_bound *zone, const int32_t *point, const fsm_limits *limits)
 {
     int32_t other[4] = {0};
     for (other[1] = 0; other[1] <= (2 * MOST + 3) * ONE; other[1]++)
@@ -224,7 +224,7 @@ static void check_cover(void)
     do {
         bool inside = holds(small, 3, point);
         subset = subset && (!inside || holds(big, 3, point));
-        covered = covered && (!inside || stood_in_for(big, point, limits));
+        covered = covered && (!inside || has_equivalent(big, point, limits));
     } while (covered && next(point, 3));
     expect(fsm_zone_covers(big, small, 3, limits) == covered, "covers");
     while (subset && next(point, 3))
@@ -274,7 +274,7 @@ static void check_extrapolation(const fsm_bound *zone)
     while (next(point, 3));
 }
 
-/* What is added of all clocks at once is stood in for by what was there, both ways. */
+/* Points added by widening all clocks at once have an equivalent in the old zone, both ways. */
 static void check_forgetting(const fsm_bound *zone)
 {
     fsm_bound wider[9], again[9];
@@ -286,7 +286,7 @@ static void check_forgetting(const fsm_bound *zone)
     expect(fsm_zone_close(again, 3) && memcmp(again, wider, sizeof again) == 0, "closed after forgetting");
     expect(fsm_zone_covers(wider, zone, 3, NULL), "forgetting covers");
     do
-        expect(!holds(wider, 3, point) || stood_in_for(zone, point, limits), "forgetting adds nothing new");
+        expect(!holds(wider, 3, point) || has_equivalent(zone, point, limits), "forgetting adds nothing new");
     while (next(point, 3));
 }
 

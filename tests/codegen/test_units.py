@@ -187,9 +187,9 @@ def test_supervisord_reads_the_words_of_the_command(tmp_path: Path) -> None:
     ]
 
 
-def supervised(folder: Path, made: dict[str, str]) -> Path:
+def supervised(folder: Path, files: dict[str, str]) -> Path:
     """Write a configuration that includes the files."""
-    for name, text in made.items():
+    for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     configuration = folder / "supervisord.conf"
     configuration.write_text(

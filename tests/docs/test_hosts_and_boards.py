@@ -100,7 +100,7 @@ def tidy(printed: str) -> list[str]:
     """Return the lines without what was measured: histogram and overruns have any number."""
     steady = [line for line in printed.splitlines() if not OVERRUN.match(line)]
     lines = [MEASURED.sub("", line).split("late by ")[0] for line in steady]
-    known = [re.sub(r"(priority|memory): (granted|refused: .*)", r"\1", line) for line in lines]
+    known = [re.sub(r"(priority|memory): (granted|denied: .*)", r"\1", line) for line in lines]
     counted = [re.sub(r"(cycles|overruns|deadlines) \d+", r"\1", line) for line in known]
     return [line.rstrip() for line, _ in groupby(counted)]
 

@@ -82,23 +82,23 @@ def test_domains_are_those_of_appendix_d(plan: Plan) -> None:
 
 
 def paths(ops: tuple[Op, ...]) -> list[tuple[list[int], bool]]:
-    """Return the states entered in each way through the branches, and whether all are known."""
-    ways: list[tuple[list[int], bool]] = [([], True)]
+    """Return the entered states of each path through the branches, and whether all are known."""
+    found: list[tuple[list[int], bool]] = [([], True)]
     for op in ops:
         match op:
             case Enter(state):
-                ways = [([*entered, state], known) for entered, known in ways]
+                found = [([*entered, state], known) for entered, known in found]
             case Branch(_, recorded, unrecorded):
-                ways = [
+                found = [
                     (entered + more, known and also)
-                    for entered, known in ways
+                    for entered, known in found
                     for more, also in (*paths(recorded), *paths(unrecorded))
                 ]
             case Restore():
-                ways = [(entered, False) for entered, _ in ways]
+                found = [(entered, False) for entered, _ in found]
             case _:
                 pass
-    return ways
+    return found
 
 
 def assert_legal(chart: Chart, entered: list[int], domain: int) -> None:

@@ -63,12 +63,12 @@ def lowered(chart: Chart) -> Plan:
 
 @dataclass
 class Machine:
-    """What the Plan knows of a machine when the program runs."""
+    """The run-time state of a machine that executes its Plan."""
 
     plan: Plan
     active: set[int]
     held: History
-    """What histories hold when the step begins, which decides what is entered."""
+    """The records of histories at the start of the step, which decide the entries."""
     history: History
     invoking: set[int]
     seen: Counter[str]

@@ -1,4 +1,4 @@
-"""The part `coverage` of a machine in C: counters of what tests reach.
+"""The part `coverage` of a machine in C: coverage counters.
 
 `plan.counting` defines the counters. Private names start with ``fsm_``, so that the part changes no
 name of the chart.

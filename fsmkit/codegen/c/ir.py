@@ -66,7 +66,7 @@ class Unit(Emitter):
 
 
 def reachable(definitions: Iterable[Definition]) -> Iterator[Definition]:
-    """Yield, in their order, the definitions that are always kept and all that they need."""
+    """Yield, in their order, the definitions that are always kept, and those that they need."""
     found = list(definitions)
     roots = (name for each in found if each.name is None for name in each.names)
     needed = reached(found, roots)

@@ -319,15 +319,17 @@ class _Source:
             if not inputs:
                 out.lines(["(void)m;", "(void)is_start;"])
             else:
-                held = f"{kept} *const told = ({kept} *)fsm_records.inputs;"
-                static = f"static {kept} told[FSM_TRACE_INSTANCES];"
+                held = f"{kept} *const recorded = ({kept} *)fsm_records.inputs;"
+                static = f"static {kept} recorded[FSM_TRACE_INSTANCES];"
                 out.lines(["#ifdef FSM_TRACE_STATE", held, "#else", static, "#endif"])
                 out.line("const bool is_known = FSM_RECORDS_INSTANCE < FSM_TRACE_INSTANCES;")
                 out.line("const uint32_t place = is_known ? FSM_RECORDS_INSTANCE : 0u;")
                 for number, (each, name) in enumerate(zip(inputs, plain, strict=True)):
                     value = f"m->{names.variables[each.name]}"
-                    told = f"told[place].{name}"
-                    same = f"is_known && fsm_records_keeps(&{value}, &{told}, sizeof {told})"
+                    recorded = f"recorded[place].{name}"
+                    same = (
+                        f"is_known && fsm_records_keeps(&{value}, &{recorded}, sizeof {recorded})"
+                    )
                     with out.block(f"if (!({same}) || is_start) {{"):
                         now, instance = "fsm_records.call.now", "FSM_RECORDS_INSTANCE"
                         self._open(now, instance, f"{self._numbering.first_input + number}u")

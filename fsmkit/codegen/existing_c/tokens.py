@@ -26,9 +26,9 @@ TOKEN = re.compile(
 CLOSING = {"(": ")", "[": "]"}
 REJECTED = {
     ";": "ends a statement",
-    "{": "begins a block",
+    "{": "starts a block",
     "}": "ends a block",
-    "#": "begins a directive",
+    "#": "starts a directive",
     "...": "is for declarations",
 }
 _STATEMENTS = """
@@ -119,7 +119,7 @@ def read_expression(text: Text, findings: Findings) -> CExpression | None:
     while wrong is None and at < len(text.value):
         found = TOKEN.match(text.value, at)
         if found is None:
-            wrong = at, at + 1, f"`{text.value[at]}` begins no token of C"
+            wrong = at, at + 1, f"`{text.value[at]}` is not the start of a C token"
             break
         reason = _rejection(found, opened)
         wrong = None if reason is None else (*found.span(), reason)
@@ -148,7 +148,7 @@ def _rejection(found: re.Match[str], opened: list[tuple[str, int]]) -> str | Non
     if token in REJECTED:
         return f"`{token}` {REJECTED[token]}"
     if found.lastgroup == "word" and token in STATEMENTS:
-        return f"`{token}` stands in no expression"
+        return f"`{token}` is not allowed in an expression"
     if token in CLOSING:
         opened.append((CLOSING[token], found.start()))
     elif token in CLOSING.values() and (not opened or opened.pop()[0] != token):

@@ -43,9 +43,9 @@ class ContentPrinter(StatementPrinter):
         """Print the content of a chart to ``out``, its expressions by ``printer``."""
         self.chart, self.out, self.printer = chart, out, printer
         self.result: lang.Type | None = None
-        """The function of the chart whose statements are printed, or None."""
+        """The result type of the printed function of the chart, or None."""
 
-    def of(self, transition: Transition) -> ContentPrinter:
+    def for_transition(self, transition: Transition) -> ContentPrinter:
         """Return the printer of a transition's content."""
         printer = of_transition(self.chart, self.printer, transition)
         return ContentPrinter(self.chart, self.out, printer)

@@ -314,7 +314,9 @@ class ChartPrinter:
         if transition.guard is not None:
             text = of_transition(self.chart, self.printer, transition).print(transition.guard)
             guard = self._function(f"guard_{stem}", lambda: self.out.line(f"return {text};"))
-        content = self._block(f"do_{stem}", self.content.of(transition), transition.content)
+        content = self._block(
+            f"do_{stem}", self.content.for_transition(transition), transition.content
+        )
         variants = []
         if transition.trigger is not Trigger.INITIAL:
             for place, variant in enumerate(self.plan.variants[index]):

@@ -138,7 +138,7 @@ static bool fsm_py_put_record(const uint8_t *bytes, unsigned n)
     return true;
 }
 
-/* What was recorded before a call that may be left. */
+/* The records before a call that may be aborted. */
 typedef struct {
     fsm_records_state state;
     Py_ssize_t size;
@@ -156,8 +156,8 @@ static inline fsm_py_mark fsm_py_marked(fsm_object *o)
     return mark;
 }
 
-/* A call was left, with an exception: nothing of it was recorded. If a step of it stays, or somebody
- * has taken bytes meanwhile, all of the machine is recorded. */
+/* A call was aborted by an exception, so its records are dropped. If a step of it was completed, or
+ * bytes were taken meanwhile, the whole machine is recorded. */
 static inline void fsm_py_unrecord(fsm_object *o, const fsm_py_mark *mark, uint32_t now)
 {
     PyObject *type, *value, *traceback;
@@ -523,7 +523,7 @@ FSM_PY_MAYBE PyObject *fsm_py_bool_of(bool value)
 
 /* ---- arguments ----------------------------------------------------------------------------- */
 
-/* Arguments by position and name, in the order of the names; what is not given is NULL. */
+/* Arguments by position and name, in the order of the names; missing ones are NULL. */
 FSM_PY_MAYBE bool fsm_py_arguments(
     const char *name, const char *const *names, Py_ssize_t count, PyObject *const *given,
     Py_ssize_t positional, PyObject *keywords, PyObject **out)
@@ -648,7 +648,7 @@ FSM_PY_MAYBE void fsm_py_bracket(fsm_object *o, bool opens)
     }
 }
 
-/* What a callback returns is dropped; takes its arguments over. */
+/* Call a callback and drop its result; steals the references of its arguments. */
 FSM_PY_MAYBE void fsm_py_tell(fsm_object *o, PyObject *callback, PyObject *arguments)
 {
     PyObject *called = NULL;
@@ -875,7 +875,7 @@ FSM_PY_MAYBE void fsm_py_dump(
 
 /* ---- calling the host ------------------------------------------------------------------------ */
 
-/* Call a method of the host; where it raises, or returns what it should not, the step is left. */
+/* Call a method of the host; an exception or an invalid result aborts the step. */
 FSM_PY_MAYBE void fsm_py_ask(
     fsm_object *o, const fsm_py_call *call, const fsm_field *fields, uint16_t count,
     const void *const *given, const fsm_type *type, void *result)
@@ -1207,7 +1207,7 @@ FSM_PY_MAYBE void fsm_py_module_free(void *module)
 
 FSM_PY_MAYBE void fsm_py_keep(const fsm_py_machine *of, void *m)
 {
-    /* What was done stays, whatever the host does in the next step. */
+    /* Completed steps are kept, whatever the host does in the next step. */
     fsm_object *o = fsm_py_object(of, m);
     memcpy(fsm_py_kept(o), o->machine, of->info->size);
 #ifdef FSM_PY_RECORDED

@@ -205,9 +205,9 @@ def _coverage(out: Emitter, module: Module) -> str:
     out.line(f"static PyObject *{own}(PyObject *object, PyObject *nothing)")
     with out.block("{"):
         out.lines(["(void)object;", "(void)nothing;"])
-        out.line("PyObject *told = PyBytes_FromStringAndSize(NULL, 0);")
-        out.line(f"{module.bound.names.prefix}_coverage({own}_write, &told);")
-        out.line("return told;")
+        out.line("PyObject *data = PyBytes_FromStringAndSize(NULL, 0);")
+        out.line(f"{module.bound.names.prefix}_coverage({own}_write, &data);")
+        out.line("return data;")
     out.line()
     doc = quoted(docstring_with_signature("coverage", (), COVERAGE))
     return f'{{"coverage", {own}, METH_NOARGS, {doc}}}'

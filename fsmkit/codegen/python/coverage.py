@@ -1,4 +1,4 @@
-"""The part `coverage` of a generated class: counters of what tests reach (`plan.counting`)."""
+"""The part `coverage` of a generated class: coverage counters (`plan.counting`)."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ def _print_access(out: Lines, chart: Chart, area: str, *, is_holding: bool) -> N
     doc = "Return what tests reached of all machines of this class, for `fsmkit coverage --add`."
     number = bytes.fromhex(fingerprint(chart)[:16])
     with out.method(OFFERED, doc, result="bytes"):
-        out.line(f"told = {b'FSMC' + bytes([1]) + number!r}")
-        out.line(f"told += len({area}).to_bytes(4, 'little') + {area}")
-        out.line(f"told += {LINK}binascii.crc_hqx(told, 0xFFFF).to_bytes(2, 'big')")
+        out.line(f"data = {b'FSMC' + bytes([1]) + number!r}")
+        out.line(f"data += len({area}).to_bytes(4, 'little') + {area}")
+        out.line(f"data += {LINK}binascii.crc_hqx(data, 0xFFFF).to_bytes(2, 'big')")
         if is_holding:
             with out.suite(f"for child in {ME}_children:"):
-                out.line("told += child.coverage()")
-        out.line("return told")
+                out.line("data += child.coverage()")
+        out.line("return data")

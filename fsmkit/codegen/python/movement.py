@@ -63,10 +63,10 @@ class Mover:
                 self.print_exit_method(state)
                 self.print_entry_method(state)
 
-    def transitions(self, wanted: Collection[int]) -> None:
+    def transitions(self, indices: Collection[int]) -> None:
         """Print the methods of taking transitions, in phases."""
         for transition in self._chart.transitions:
-            if transition.index in wanted:
+            if transition.index in indices:
                 self.print_transition(transition)
         if has_regions(self._chart) and any(len(each) > 1 for each in self._plan.reactions):
             print_clashes(self._out, self._plan, self._names)

@@ -19,7 +19,7 @@ TABLE = "_TAKEN"
 def is_plain(plan: Plan) -> bool:
     """Whether a step consists of taking one event."""
     chart, needs = plan.chart, plan.features
-    # what the root answers or defers is asked even while the machine does not run
+    # events that the root handles or defers are tested even while the machine does not run
     is_always = chart.root.defer or any(
         t.source == 0 and t.trigger is Trigger.EVENT for t in chart.transitions
     )

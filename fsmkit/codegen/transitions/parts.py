@@ -55,7 +55,7 @@ def _classes() -> Mapping[str, tuple[str, tuple[Piece, ...]]]:
 
 
 def steps_text(needed: AbstractSet[str]) -> str:
-    """Return the class with the needed parts, or "" if there are none."""
+    """Return the class with the needed parts, or "" without any."""
     chosen = [PARTS[name] for name in PARTS if name in needed]
     if not chosen:
         return ""

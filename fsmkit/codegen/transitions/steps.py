@@ -15,14 +15,14 @@ from transitions.extensions.nesting import NestedEventData
 
 
 class Steps(HierarchicalMachine):
-    """What a statechart does besides taking events, for the one model of a machine."""
+    """The steps of a statechart that the library lacks, for the single model of a machine."""
 
     subject: Any
     """The model."""
 
 
 class Leaves(Steps):
-    """Which states are the innermost of some."""
+    """The innermost states in the library's nested lists."""
 
     def _leaves(self, states: Any) -> Iterator[str]:
         if isinstance(states, list):
@@ -38,10 +38,10 @@ class Always(Leaves):
     always: ClassVar[str]
     """The trigger of the transitions without an event."""
     microsteps: ClassVar[int]
-    """How many steps without an event may follow each other."""
+    """The greatest number of consecutive steps without an event."""
 
     def _trigger_event(self, event_data: Any, trigger: str) -> Any:
-        """Take what an event enables, then all that needs no event."""
+        """Take the transitions of an event, then those without an event."""
         result = super()._trigger_event(event_data, trigger)
         self.settle()
         return result
@@ -54,7 +54,7 @@ class Always(Leaves):
         raise MachineError(f"more than {self.microsteps} steps without an event")
 
     def _take_always(self) -> bool:
-        """Whether a transition without an event was taken."""
+        """Take a transition without an event; return whether one was enabled."""
         event = NestedEventData(None, None, self, self.subject, (), {})
         with self():
             return bool(self._trigger_event_nested(event, self.always, None))
@@ -64,10 +64,10 @@ class Order(Always):
     """Regions as one step."""
 
     def _trigger_event_nested(self, event_data: Any, trigger: str, _state_tree: Any) -> Any:
-        """Take what an event enables in all regions as one step (SCXML, Appendix D).
+        """Take the transitions of an event in all regions as one step (SCXML, Appendix D).
 
-        Guards, exits, then ``after`` of each transition, entries; the library does one transition
-        after the other.
+        The order is guards, exits, then ``after`` of each transition, entries. The library takes
+        one transition after the other.
         """
         if trigger not in self.events:
             return None
@@ -93,7 +93,7 @@ class Order(Always):
         return bool(taken)
 
     def _select(self, event_data: Any) -> list[Any]:
-        """Return the transitions that are enabled; of two that leave one state only one."""
+        """Return the enabled transitions; of two that exit one state only the first."""
         results: dict[int, bool] = {}
         chosen: list[Any] = []
         separator = self.state_cls.separator
@@ -120,12 +120,12 @@ class Order(Always):
         return None
 
     def _left(self, transition: Any, event_data: Any) -> set[int]:
-        """Return the states that a transition leaves, by their places."""
+        """Return the states that a transition exits, by their positions."""
         exits = transition._resolve_transition(event_data)[1] if transition.dest else ()  # noqa: SLF001
         return {self._place(leave) for leave in exits}
 
     def _place(self, move: Any) -> int:
-        """Return the place in document order of a state that is left or entered."""
+        """Return the position in document order of a state that is exited or entered."""
         return self._places()[id(move.func.__self__)]
 
     def _places(self) -> dict[int, int]:
@@ -144,11 +144,11 @@ class Order(Always):
 
 
 class Timers(Order):
-    """Time."""
+    """Timers."""
 
     now: int
     deadlines: list[tuple[int, int, Any, int | None, Callable[..., object], tuple[Any, ...]]]
-    """When, in which order, under which name, again after, and what is called."""
+    """The deadline, the order, the name, the period, and the call with its arguments."""
     age: int
 
     def arm(
@@ -159,20 +159,20 @@ class Timers(Order):
         *arguments: Any,
         period: int | None = None,
     ) -> None:
-        """Let something be called after some ticks; then again after each period, if given."""
+        """Schedule a call after some ticks, and then after each period, if given."""
         self.age += 1
         self.deadlines.append((self.now + delay, self.age, name, period, call, arguments))
 
     def disarm(self, *names: int | str) -> None:
-        """Drop what waits under some names."""
+        """Cancel the calls with the given names."""
         self.deadlines = [due for due in self.deadlines if due[2] not in names]
 
     def next_deadline(self) -> int | None:
-        """Return when `run` has something to do next, if ever."""
+        """Return the time of the next call, or None."""
         return min(self.deadlines)[0] if self.deadlines else None
 
     def run(self, now: int) -> None:
-        """Do what is due until a time, in ticks: each at its own deadline, the oldest first."""
+        """Run the calls with deadlines up to a time in ticks, each at its own, the oldest first."""
         # if INPUTS
         self.now = now
         self.settle()
@@ -180,13 +180,13 @@ class Timers(Order):
         self.wait(now)
 
     def wait(self, now: int) -> None:
-        """Let time pass; `run` takes what inputs have enabled before."""
+        """Advance the time; `run` first takes the transitions that inputs have enabled."""
         while self.deadlines and min(self.deadlines)[0] <= now:
             self.fire()
         self.now = now
 
     def fire(self) -> None:
-        """Do what is due first, at its deadline."""
+        """Run the first call at its deadline."""
         due = min(self.deadlines)
         self.deadlines.remove(due)
         self.now, _, name, period, call, arguments = due
@@ -199,18 +199,18 @@ class History(Timers):
     """Histories."""
 
     histories: ClassVar[dict[str, tuple[str, bool, list[str]]]]
-    """Of each history: the state that it is of, whether it is deep, and its default."""
+    """For each history its parent, whether it is deep, and its default."""
     was: dict[str, list[str]]
     changed: list[tuple[Any, Any]]
 
     def remember(self, history: str) -> None:
-        """Note what is active below the state of a history, which is being left."""
+        """Record the active states below a history's parent, which is being exited."""
         within = self.histories[history][0] + self.state_cls.separator
         active = list(self._leaves(self.subject.state))
         self.was[history] = [path for path in active if path.startswith(within)]
 
     def recall(self, history: str) -> None:
-        """Let the state of a history begin where it was left, the next time it is entered."""
+        """Let the parent of a history enter the recorded states, the next time it is entered."""
         self.forget()
         above, is_deep, default = self.histories[history]
         known = self.was.get(history)
@@ -225,7 +225,7 @@ class History(Timers):
                 state = state.states[name]
 
     def forget(self) -> None:
-        """Let states begin as ever."""
+        """Restore the initial states that `recall` replaced."""
         while self.changed:
             state, initial = self.changed.pop()
             state.initial = initial

@@ -18,7 +18,7 @@ const FLOAT = { kind: "float", name: "float64" };
 const SYMBOL = { kind: "symbol", name: "symbol" };
 const DURATION = { kind: "duration", name: "duration" };
 
-/** What is wrong with an expression: a rule of fsmkit, and why. */
+/** An error in an expression: a rule of fsmkit, and the reason. */
 export class ExpressionError extends Error {
   constructor(rule, message, help = "") {
     super(message);

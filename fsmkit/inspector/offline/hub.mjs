@@ -41,7 +41,7 @@ function placeOf(name, known, kind) {
   return known.indexOf(name);
 }
 
-/** A session of a simulated system: `description` is what `fsmkit.inspector.bundle` writes of it. */
+/** A session of a simulated system; `description` is written by `fsmkit.inspector.bundle`. */
 export class Hub {
   constructor(description, { seed = 1, limit = LIMIT } = {}) {
     this.description = description;
@@ -272,7 +272,7 @@ export class Hub {
     return this.names.length === 1 ? 0 : null;
   }
 
-  /** An expression: one that was compiled when the page was made, else one that is read here. */
+  /** Return an expression: compiled with the page, else parsed here. */
   expression(text, machine, isCondition) {
     const compiled = this.description.conditions.find((each) => each.text === text && each.machine === machine);
     return (isCondition ? compiled : undefined) ?? read(this.simulation, text, machine, isCondition);
@@ -450,7 +450,7 @@ export class Hub {
     this.broadcast(this.told());
   }
 
-  /** All breakpoints, for clients. */
+  /** Return the breakpoints for clients. */
   told() {
     const points = [...this.points].map(([number, { command }]) => {
       const { on, m = "", what = "", if: guard = "", after = 0, every = 1, times = 0, log = "" } = command;

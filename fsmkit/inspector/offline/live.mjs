@@ -212,7 +212,7 @@ export function stepOf(chart, definition, machine, n, { at, cause, rows, before,
   return message;
 }
 
-/** What each microstep of a macrostep did. */
+/** Return the effects of each microstep of a macrostep. */
 export function microstepsOf(chart, definition, { rows, marks }) {
   const { states } = definition;
   const of = (part, word) => part.filter((row) => row[0] === word).map((row) => states[row[1]].id);
@@ -229,7 +229,7 @@ function byName(variables, values) {
   return Object.fromEntries(variables.map(({ name, type }) => [name, toJson(values[name], type)]));
 }
 
-/** All of a machine as a message. */
+/** Return the state of a machine as a message. */
 export function stateOf(chart, definition, machine, n, snapshot, at) {
   const message = {
     k: "state", m: machine, n, at,

@@ -3,7 +3,7 @@
 import { ContentError, RangeFault } from "./fsmkit_runtime.mjs";
 import { fromJson, toJson } from "./live.mjs";
 
-/** A guard needs what nobody knows before the step: a payload, or the answer of the host. */
+/** A guard needs a value that is unknown before the step: a payload, or a result of the host. */
 class UnknownError extends Error {}
 
 function unknown() {
@@ -14,8 +14,8 @@ function unknown() {
 const UNKNOWN = new Proxy([], { get: unknown });
 
 /**
- * What an event would do: each transition that is looked at, and what its guard says. `would`:
- * `yes`, `no`, `deferred`, `fault`, or `?` where it depends on what nobody knows.
+ * Return the effect of an event: each tried transition with the value of its guard. `would`:
+ * `yes`, `no`, `deferred`, `fault`, or `?` if it depends on an unknown value.
  */
 export function why(player, chart, snapshot, event, payload) {
   if (!snapshot.running) return { would: "no", looked: [], because: "the machine does not run" };

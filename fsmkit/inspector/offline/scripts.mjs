@@ -22,7 +22,7 @@ export function scriptOf(hub) {
   for (let n = 1; n <= branch.head; n += 1) {
     if (branch.actions.has(n)) {
       const { line, at, isRefused, machine } = branch.actions.get(n);
-      if (line === null) return null; // of a path that was performed elsewhere
+      if (line === null) return null; // the calls of a path that was performed elsewhere
       moment = branch.moments.get(n);
       if (isStarted && (!waits || at > last)) script.push(`run ${at >>> 0}`);
       script.push(line);

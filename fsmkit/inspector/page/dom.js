@@ -62,7 +62,7 @@ function copied(source) {
   return node;
 }
 
-/** What is in view; the rest is not painted. */
+/** The visible elements; others are not painted. */
 const unseen = new Set();
 const watcher = new IntersectionObserver((found) => {
   for (const { target, isIntersecting } of found) {

@@ -2,7 +2,7 @@
 // What happened: a lane for each machine and region, coloured by its states, and the entries around the one in view.
 
 const LANE = 16; // pixels
-const GUTTER = 96; // of the names of machines and regions
+const GUTTER = 96; // the width of the names of machines and regions
 const EARLIER = 60; // entries that are listed before the one in view
 const LATER = 30;
 
@@ -27,7 +27,7 @@ class Lanes {
     return Math.min(Math.max(from + Math.floor((x - left) / unit), from), last);
   }
 
-  /** Return all lanes: a machine has one for each region, and one for what lies in none. */
+  /** Return the lanes: one for each region of a machine, and one for its states outside of regions. */
   all() {
     const { machines, charts } = this.session;
     return [...machines.values()].flatMap((machine) => {
@@ -160,7 +160,7 @@ function clipped(pen, text, width) {
   return length ? `${text.slice(0, length)}…` : "";
 }
 
-/** The entries around the one in view; made anew only where they are others. */
+/** The entries around the one in view; rebuilt only if they change. */
 class Entries {
   constructor(session, seek) {
     this.session = session;

@@ -1,5 +1,5 @@
 "use strict";
-// What part of a drawing is seen: whole, followed, zoomed, moved; and a small map of it all.
+// The visible part of a drawing: whole, followed, zoomed or moved; with a small map of the drawing.
 
 const LETTER = 10; // units of the letters in a drawing: `SMALL` of diagram/states/dot
 const LEAST = 11; // the size of legible letters, in pixels
@@ -18,7 +18,7 @@ class Look {
     this.moved = 0;
     this.recent = new Map(); // box of a state: when it was last active
     this.map = make("canvas", { class: "map", "aria-hidden": "true" });
-    [this.width, this.height] = [0, 0]; // of the frame, kept: to read them costs a layout
+    [this.width, this.height] = [0, 0]; // the size of the frame, cached because reading it costs a layout
     new ResizeObserver(() => { [this.width, this.height] = [frame.clientWidth, frame.clientHeight]; changed(); }).observe(frame);
     this.listen();
   }
@@ -34,7 +34,7 @@ class Look {
     this.lookAt([...this.whole]);
   }
 
-  /** Where each state and arrow lies, once the drawing is on the page. */
+  /** The positions of states and arrows, once the drawing is on the page. */
   measure(nodesOf) {
     if (this.boxes || !this.width) return;
     const root = this.svg.querySelector("g");
@@ -117,7 +117,7 @@ class Look {
     if (this.svg) this.lookAt([...this.whole]);
   }
 
-  /** Make things larger or smaller around a point of the frame, given in parts of it. */
+  /** Zoom around a point of the frame, given in fractions of its size. */
   zoom(by, fx = 0.5, fy = 0.5) {
     if (!this.svg) return;
     this.setFollowing(false);

@@ -76,7 +76,7 @@ class Session {
         this.lost += message.count;
         for (const machine of this.machines.values()) if (message.where !== "client" && (!message.m || message.m === machine.name)) machine.isKnown = machine.hasData = false;
         break;
-      default: // what is not known is not said
+      default: // unknown values are omitted
     }
   }
 
@@ -186,7 +186,7 @@ class Session {
   }
 }
 
-/** What follows from the states of a chart, for each: `parents` and `regions` (null: in none) by id. */
+/** Return for the states of a chart their `parents` and `regions` by id (null: in no region). */
 const structures = new WeakMap();
 
 function structureOf(chart) {

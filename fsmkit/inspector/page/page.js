@@ -414,7 +414,7 @@ async function goToMicro(by) {
   repaint();
 }
 
-/** Return what is active after the microstep in view: what the later ones did is taken back. */
+/** Return the configuration after the microstep in view, without the later ones. */
 function microOf(machine) {
   const on = new Set(machine.state.on);
   for (const row of micro.rows.slice(micro.index).reverse()) {

@@ -185,7 +185,7 @@ function showOrHide(node, on) {
   else node.hidden = !on;
 }
 
-/** Return where a value lies between two places, to a hundredth; null for what is no number. */
+/** Interpolate between two positions by a value, to a hundredth; null if it is not a number. */
 function mapped({ in: [low, high], out: [begin, end] }, value) {
   const number = typeof value === "boolean" ? Number(value) : value;
   if (typeof number !== "number") return null;

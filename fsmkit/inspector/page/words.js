@@ -35,7 +35,7 @@ function causeText(cause, chart) {
 }
 
 /** Return the trigger of a transition without its guard and actions. */
-/** What a client changed: inputs, data, and what operations return from here on. */
+/** The changes by a client: inputs, data, and the results of operations from here on. */
 function changesOf({ inputs, data, results }) {
   const values = Object.entries({ ...inputs, ...data }).map(([name, value]) => `${name} = ${shown(value)}`);
   const returned = Object.entries(results || {}).map(([name, each]) => `${name} returns ${each.map(shown).join(", ")}`);

@@ -81,8 +81,8 @@ static inline uint64_t fsm_saved_bits(const fsm_type *type, const void *value)
     return bits;
 }
 
-/* A value: its scalars in order, symbols as places in the list of the chart, but a symbol that the
- * host made as what it is, from 0x10000. */
+/* Save a value: its scalars in order. A symbol is its position in the list of the chart; a symbol of
+ * the host keeps its number, from 0x10000. */
 static inline void fsm_put_value(fsm_writer *w, const fsm_machine_info *info, const fsm_type *type,
                                  const void *value)
 {
@@ -121,7 +121,7 @@ static inline void fsm_put_event(fsm_writer *w, const fsm_machine_info *info, co
 }
 
 /* ---- reading -----------------------------------------------------------------------------------
- * What lies outside its bounds makes the reader unsound; the lower bound is returned then. */
+ * A value outside its bounds makes the reader unsound and is replaced by the lower bound. */
 
 typedef struct {
     const uint8_t *at;

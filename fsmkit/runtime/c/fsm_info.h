@@ -174,7 +174,7 @@ typedef struct fsm_driver {
 
 /* ---- reading them ------------------------------------------------------------------------------ */
 
-/* What lies at an offset. */
+/* The value at an offset. */
 static inline const void *fsm_at(const void *holder, uint32_t offset)
 {
     return (const unsigned char *)holder + offset;
@@ -334,7 +334,7 @@ static inline uint32_t fsm_event_of(const fsm_machine_info *info, const void *e)
     return (uint32_t)fsm_load_bits(fsm_at(e, info->event_number), info->event_width);
 }
 
-/* A region's deepest active state, or what a history recorded: its number, 0 for none. */
+/* The number of a region's deepest active state, or of a history's record; 0 for none. */
 static inline uint32_t fsm_number_at(const fsm_number *number, const void *m)
 {
     uint32_t value = 0u;

@@ -1,4 +1,4 @@
-/* fsm_recorded.h: what stands around the source of a machine so that what it does is recorded.
+/* fsm_recorded.h: the code around the source of a machine that records its steps.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.
@@ -97,7 +97,7 @@
 #endif
 #else
 
-/* Within a step they do nothing, and nothing is to be recorded. */
+/* Within a step these calls have no effect, so they are not recorded. */
 void FSM_RECORDED_NAME(_start)(FSM_RECORDED *m, uint32_t now)
 {
     if (FSM_RECORDED_BUSY(m)) {
@@ -167,7 +167,7 @@ fsm_result FSM_RECORDED_NAME(_dispatch)(FSM_RECORDED *m, const FSM_RECORDED_NAME
 }
 
 #if defined FSM_RECORDED_SAVED || defined FSM_TRACE_STATE
-/* It was restored, from bytes or to what it was. */
+/* The machine was restored, from bytes or to its previous state. */
 void FSM_RECORDED_OWN(_restored)(FSM_RECORDED *m, uint32_t now)
 {
     const fsm_records_call outer = fsm_records_enter(FSM_INSTANCE_OF(m), now);

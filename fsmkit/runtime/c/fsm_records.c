@@ -1,4 +1,4 @@
-/* fsm_records.c: the ring of records, and what stands before each; see fsm_records.h. */
+/* fsm_records.c: the ring of records, and the head of each record; see fsm_records.h. */
 #include "fsm_records.h"
 
 #if FSM_TRACE_LEVEL > 0
@@ -206,7 +206,7 @@ void fsm_records_offer(const uint8_t *bytes, const uint8_t *end, uint32_t now, u
 #define SHARED static
 #endif
 
-/* In the ring, where there is known to be room: put a byte at a place; return the next place. */
+/* Put a byte at a position of the ring, which must have room; return the next position. */
 SHARED uint32_t put(uint32_t at, uint32_t byte)
 {
     ring_[at] = (uint8_t)byte;
@@ -231,7 +231,7 @@ SHARED uint32_t put_lost(uint32_t at, uint32_t now)
     return at;
 }
 
-/* What seldom stands before a record: losses, another instance, a long time. Then the record. */
+/* Put the rare heads of a record: losses, another instance, a long time. Then put the record. */
 SHARED void put_seldom(uint32_t now, uint32_t first, uint16_t instance)
 {
     const uint32_t passed = now - fsm_records.told;

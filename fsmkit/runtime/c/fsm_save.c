@@ -107,7 +107,7 @@ static void put_delayed(fsm_writer *w, const fsm_machine_info *info, const void 
     fsm_fill(w, end);
 }
 
-/* All but the machines in its slots; what waits only while it runs. */
+/* Save all but the machines in its slots; events and timers only while it runs. */
 static void put_machine(fsm_writer *w, const fsm_machine_info *info, const void *m, uint32_t now)
 {
     const uint8_t *end = w->at + info->saved_size;
@@ -194,7 +194,7 @@ static void get_event(fsm_reader *r, const fsm_machine_info *info, void *e, bool
     r->at = end;
 }
 
-/* What a machine does not have must not be there. */
+/* Parts that the machine does not have must be zero. */
 static void get_none(fsm_reader *r, uint32_t size)
 {
     if (r->at[0] != 0u) {
@@ -251,8 +251,8 @@ static bool is_legal(const fsm_machine_info *info, const uint8_t *numbers, bool 
     return true;
 }
 
-/* Whether what one history recorded of a region is there if, and only if, it should be: for a region
- * of a parallel state below its parent if it recorded that; else if it recorded anything. */
+/* Return whether a history recorded a region exactly if it should: for a region of a parallel state
+ * below its parent, if it recorded that state; else if it recorded anything. */
 static bool is_whole(const fsm_machine_info *info, const uint8_t *numbers, uint32_t place)
 {
     const fsm_number *own = &info->numbers[place];
@@ -523,7 +523,7 @@ fsm_restored fsm_restore(const fsm_machine_info *info, void *m, uint32_t now, co
             skipped--;
         }
     }
-    if (r.sound) { /* what was saved is what would be saved now */
+    if (r.sound) { /* saving again would produce the same bytes */
         save_all(&again, info, m, now);
     }
     if (!r.sound || again.differs) {

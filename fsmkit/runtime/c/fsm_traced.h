@@ -1,4 +1,4 @@
-/* fsm_traced.h: what stands around the source of a machine so that it is traced and logged.
+/* fsm_traced.h: the code around the source of a machine that traces and logs its steps.
  *
  * Copyright the fsmkit authors, Apache-2.0. A copy that accompanies generated code may be used,
  * changed and passed on with it under any terms.

@@ -879,7 +879,7 @@ export class Machine {
 
   _operation(name, passed, hasResult) {
     const result = this.host[name](...passed);
-    // of two operations of one name the host performs the outer machine's, which may return nothing
+    // the host performs the outer machine's operation of that name, which may return nothing
     this._tell(["op", name, passed, hasResult && result !== undefined, result]);
     return result;
   }

@@ -65,7 +65,7 @@ function fromList(value, type) {
 class Answers {
   constructor(operations) {
     this.state = 1;
-    this.given = new Map(); // of operations: the results, one a call; the last one stays
+    this.given = new Map(); // the results of operations, one per call; the last one is repeated
     this.host = Object.create(null);
     for (const { name, result, tried } of operations) {
       const listed = (tried ?? []).map((value) => fromList(value, result));
@@ -241,7 +241,7 @@ class Player {
     return this.machine;
   }
 
-  /** Do a step from a snapshot with what operations return; the macrostep, null if there was none. */
+  /** Do a step from a snapshot with the results of operations; return the macrostep or null. */
   step(snapshot, answers, given, act) {
     const machine = this.load(snapshot);
     [this.answers.state, this.answers.given] = [answers, given];
@@ -474,7 +474,7 @@ export class Simulation {
     return { moment, driven };
   }
 
-  /** What a wire takes: an output, after them a shared variable, then any of the data. */
+  /** Return the source of a wire: an output, else a shared variable, else any data. */
   written(machine, snapshot, number) {
     const { chart, shared } = this.machines[machine];
     if (number < chart.outputs.length) return snapshot.outputs[chart.outputs[number].name];

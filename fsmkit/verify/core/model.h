@@ -40,7 +40,7 @@ static inline uint32_t fsm_right(fsm_state state)
 /* Who moves in a step. A cycle of internal steps is a livelock. */
 typedef enum { FSM_STEP_INTERNAL, FSM_STEP_TIME, FSM_STEP_ENVIRONMENT } fsm_kind;
 
-/* What a step may change and what it depends on, by number; the model knows more of it. 0: anything. */
+/* The footprint of a step by number, of which the model knows details. 0: it may touch anything. */
 typedef uint16_t fsm_footprint_number;
 
 typedef struct {

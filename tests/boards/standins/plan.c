@@ -7,7 +7,7 @@
 static const uint32_t presses[] = {100, 130, 400, 400, 430, 1000};
 static size_t pressed;
 
-/* Of the page: with a parameter under Zephyr. */
+/* Defined on the page; Zephyr's has a parameter. */
 #ifdef FREERTOS
 void button_isr(void);
 #else

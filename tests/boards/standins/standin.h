@@ -11,7 +11,7 @@ typedef struct {
     size_t room, size, first, count;
 } standin_queue;
 
-/* Of the test: what happens at the next time of its plan; false if nothing does. */
+/* Store the next time of the test's plan; return false at its end. */
 bool standin_next(uint32_t *at);
 void standin_happen(void);
 

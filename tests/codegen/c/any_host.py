@@ -1,7 +1,7 @@
-"""A host that does anything its contract allows, as C: what proves and what tries runs the same.
+"""A host that does anything its contract allows, as C; proofs and random runs share it.
 
-It posts, dispatches, runs and asks in any order, gives any value a type holds, and any number as an
-event. Choices come from `any_integer` and `any_real`: of Frama-C, or of a generator of numbers.
+It posts, dispatches, runs and queries in any order. It passes any value of a type, and any number
+as an event. Choices come from `any_integer` and `any_real`: of Frama-C, or of a random generator.
 """
 
 from __future__ import annotations
@@ -147,11 +147,11 @@ def _hints(names: Names) -> list[str]:
     return lines
 
 
-def _slots(names: Names, wanted: Names) -> list[str]:
+def _slots(names: Names, target: Names) -> list[str]:
     """Return the members that lead to an invoked machine."""
     found: list[str] = []
-    while names is not wanted:
-        number = next(i for i, n in enumerate(names.invoked) if wanted in _with_invoked(n))
+    while names is not target:
+        number = next(i for i, n in enumerate(names.invoked) if target in _with_invoked(n))
         found.append(names.slots[number])
         names = names.invoked[number]
     return found
@@ -183,9 +183,9 @@ def _calls(names: Names) -> list[str]:
         ]
         for event in posted_events(names.chart):
             fields = names.chart.events[event].fields
-            made, passed = _made(names, fields)
+            declared, passed = _declared_values(names, fields)
             call = f"(void){p}_post_{names.event_names[event]}(&machine{passed}); break;"
-            calls.append(" ".join([*made, call]))
+            calls.append(" ".join([*declared, call]))
     if does.runs:
         calls.append(f"{p}_run(&machine, {time}); break;")
     if does.polls:
@@ -232,7 +232,7 @@ def _any(names: Names, type_: Type) -> str:
     return f"({ctype})any_integer({low}, INT64_C({hi}))"
 
 
-def _made(names: Names, fields: tuple[Field, ...]) -> tuple[list[str], str]:
+def _declared_values(names: Names, fields: tuple[Field, ...]) -> tuple[list[str], str]:
     """Return declarations of values for parameters, and the text that passes them."""
     lines: list[str] = []
     for number, part in enumerate(fields):

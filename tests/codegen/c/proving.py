@@ -31,7 +31,7 @@ DEFINED = re.compile(r"^(?:static )?(?:inline )?\w[\w ]*[ *](\w+)\([^;]*$", re.M
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """What the analysis says."""
+    """The result of the analysis."""
 
     alarms: tuple[str, ...]
     reached: int

@@ -90,7 +90,7 @@ def recorded(
 ) -> list[bytes]:
     """Play scripts and return the trace of each machine; ``every``: read after so many lines.
 
-    What no record told any more at the end of a trace is counted in a file (`untold`).
+    Losses after the last record of a trace are counted in a file (`unreported`).
     """
     machines = [generate_machine(chart, f"x{i}", options) for i, (chart, _) in enumerate(jobs)]
     harness._write(folder, machines)
@@ -123,8 +123,8 @@ def recorded(
     return [(folder / f"x{i}.trace").read_bytes() for i in range(len(jobs))]
 
 
-def untold(folder: Path, number: int = 0) -> int:
-    """Return the losses that the target counted, with no record after them that tells it."""
+def unreported(folder: Path, number: int = 0) -> int:
+    """Return the losses that the target counted after its last record."""
     return int((folder / f"x{number}.lost").read_text())
 
 
@@ -136,7 +136,7 @@ def followed(chart: Chart, data: bytes) -> list[Followed]:
 
 
 def lines(chart: Chart, found: Sequence[Followed]) -> list[str]:
-    """Return the lines of what is known of a trace."""
+    """Return the lines of the known parts of a trace."""
     steps = [each.macrostep for each in found if isinstance(each, ReplayedStep) and each.is_known]
     return list(trace_lines(chart, steps))
 

@@ -1,4 +1,4 @@
-"""What cannot fit is a finding; what collides is told apart; what a host does wrong is reported."""
+"""Findings for charts that do not fit, distinct names for collisions, reports of hosts' errors."""
 
 from __future__ import annotations
 
@@ -148,12 +148,12 @@ BOUNDED = """
 chart: Bounded
 types: {Mode: [slow, fast], Point: {x: "-5..5", y: uint8}}
 data: {n: 0..9 = 0}
-operations: [told(n 0..9)]
+operations: [shown(n 0..9)]
 events:
   in: [one(n 0..9), "two(on bool, mode Mode)", "many(list int8[2], at Point, few Mode[3])",
        all(n uint8), none]
 initial: a
-states: {a: {on: {one: {do: n = event.n; told(n)}, two: a, many: a, all: a, none: a}}}
+states: {a: {on: {one: {do: n = event.n; shown(n)}, two: a, many: a, all: a, none: a}}}
 """
 BOUNDED_HOST = """
 #include "bounded.h"
@@ -161,7 +161,7 @@ BOUNDED_HOST = """
 #include <string.h>
 static fsm_result within;
 static bool stepped;
-void bounded_told(bounded *m, uint8_t n)
+void bounded_shown(bounded *m, uint8_t n)
 {
     const bounded_event e = {.event = BOUNDED_EVENT_NONE};
     within = bounded_dispatch(m, &e, 0u);
@@ -208,11 +208,11 @@ int main(void)
     e.of.many.at.x = 0;
     e.of.many.few[2] = 2;
     give(&e);
-    printf("n %d, refused %d\\n", m.data.n, m.fsm.rejected);
+    printf("n %d, rejected %d\\n", m.data.n, m.fsm.rejected);
     return 0;
 }
 """
-HANDLED, BUSY, REFUSED = 1, 2, 4
+HANDLED, BUSY, REJECTED = 1, 2, 4
 
 
 @pytest.mark.external
@@ -228,10 +228,10 @@ def test_a_checked_build_refuses_what_no_declaration_allows(
         compile_with(tmp_path, compiler, *arguments)
         done = subprocess.run([tmp_path / "host"], capture_output=True, text=True, check=False)
         assert (done.returncode, done.stderr) == (0, "")
-        good, bad = f"1 {HANDLED}", f"0 {REFUSED}"
+        good, bad = f"1 {HANDLED}", f"0 {REJECTED}"
         assert done.stdout.splitlines() == [
             *(bad, bad, good, f"within {BUSY} 0", bad, good, bad, bad, good, bad, bad),
-            "n 9, refused 7",
+            "n 9, rejected 7",
         ]
 
 
@@ -246,9 +246,9 @@ def test_a_missing_operation_is_named_by_the_linker(
     command = [require_tool("gcc"), "-std=c99", "host.c", "bounded.c", "fsm.c", "-o", "host"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode != 0
-    assert "undefined reference to `bounded_told'" in done.stderr
+    assert "undefined reference to `bounded_shown'" in done.stderr
     header = files["bounded.h"]
     assert (
-        "/* Operations: the host defines them. */\nvoid bounded_told(bounded *m, uint8_t n);"
+        "/* Operations: the host defines them. */\nvoid bounded_shown(bounded *m, uint8_t n);"
         in header
     )

@@ -1,4 +1,4 @@
-"""What a generated machine takes: a bounded stack, no library; and random calls of it."""
+"""Resource bounds of a generated machine: stack depth, library calls; and random calls of it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.cc
 
 ROUNDS = 1_000_000
 HELPERS = re.compile(r"mem(cpy|set|move|cmp)|__aeabi_\w+|__gnu_thumb1_case_\w+")
-"""What a compiler may call (the last: switches on a Cortex-M0)."""
+"""Functions that a compiler may call (the last: switches on a Cortex-M0)."""
 MOST_STACK = {"x86-64 -O2": 1024, "Cortex-M3 -Os": 640, "Cortex-M0 -Os": 640}
 
 Write = Callable[[Path, Mapping[str, str]], Path]
@@ -74,7 +74,7 @@ def write_all(folder: Path, name: str, write: Write) -> list[str]:
 
 
 def prefixes(names: Names) -> str:
-    """Return what the names of a machine begin with, for a regular expression."""
+    """Return the prefixes of a machine's names, as a regular expression."""
     return f"{names.prefix}_"
 
 

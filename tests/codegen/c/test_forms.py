@@ -158,7 +158,7 @@ def test_code_compiles_without_a_warning(
 
 
 def test_one_region_needs_no_number_in_its_rows(tmp_path: Path) -> None:
-    """By hand: s asks for a and b, t for b, u for a twice and eventlessly, v for a."""
+    """By hand: s handles a and b, t handles b, u handles a twice and no event, v handles a."""
     path = tmp_path / "dense.yaml"
     path.write_text(NESTED, encoding="utf-8")
     text = generate_machine(load(path), None, Options(is_small=True)).files["dense.c"]

@@ -1,4 +1,4 @@
-"""What linters say of generated C: nothing but what the reference lists with a reason."""
+"""Linters report nothing in generated C but the deviations that the reference justifies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pieces of C that all machines share are C as they stand, and ask for what there is."""
+"""The shared pieces of C compile unchanged, and use only existing mechanisms."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LOOPING = frozenset(
 
 @pytest.fixture(scope="module")
 def facts(tmp_path_factory: pytest.TempPathFactory) -> frozenset[str]:
-    """Return all that a condition may ask for."""
+    """Return the names that a condition may use."""
     path = tmp_path_factory.mktemp("facts") / "any.yaml"
     path.write_text("chart: Any\nstates: {a: {}}\n", encoding="utf-8")
     return frozenset(name_everything(lower(load(path)), None).facts)

@@ -1,4 +1,4 @@
-"""What a machine in C records, the interpreter does again: the same lines, or nothing at all."""
+"""The interpreter replays the records of a machine in C: the same lines, or an error."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from fsmkit.runtime.tracing.records import (
     TransitionRecord,
 )
 from fsmkit.runtime.tracing.stream import Line, Stream
-from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded, untold
+from tests.codegen.c.recorded import RECORDED, by_interpreter, followed, lines, recorded, unreported
 
 SHOP = Path(__file__).parents[2] / "golden/shop.yaml"
 RANDOM = 30
@@ -123,7 +123,7 @@ def has_symbols(chart: Chart) -> bool:
 @pytest.mark.slow
 @pytest.mark.cc
 def test_the_states_of_random_charts_are_followed_at_level_1(tmp_path: Path) -> None:
-    """Each sync, one a call here, tells the states that were followed up to it."""
+    """Each sync, one a call here, contains the states that were replayed up to it."""
     jobs = expressible(RANDOM // 2)
     traces = recorded(tmp_path, jobs, level=1, defined="#define FSM_TRACE_SYNC 0")
     compared = 0
@@ -134,7 +134,7 @@ def test_the_states_of_random_charts_are_followed_at_level_1(tmp_path: Path) -> 
             assert not isinstance(each, Missing | Divergence)
             if isinstance(each, CompleteState):
                 told = active_leaves(chart, each.snapshot)
-                # what a sync tells anew is a start or an end that no transition shows
+                # a sync newly reports a start or an end that no transition shows
                 assert not (running and each.snapshot.running) or at is None or told == at
                 at, running = told, each.snapshot.running
                 compared += 1
@@ -187,10 +187,10 @@ def test_machines_in_slots_are_followed(tmp_path: Path) -> None:
     assert not [each for each in one if isinstance(each, Missing | Divergence)]
 
 
-def kept(told: Sequence[object]) -> list[object]:
-    """Return the records that are lost if they find no room: others are told again."""
+def kept(records: Sequence[object]) -> list[object]:
+    """Return the records that are lost if they find no room; others are repeated."""
     again = (TimeRecord, Sync, SnapshotRecord, Lost, Spoilt)
-    return [each for each in told if not isinstance(each, again)]
+    return [each for each in records if not isinstance(each, again)]
 
 
 @pytest.mark.cc
@@ -198,10 +198,10 @@ def kept(told: Sequence[object]) -> list[object]:
 def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
     lamp: Chart, tmp_path: Path, size: int
 ) -> None:
-    """The ring is read after each so many lines: it overruns between any two bytes.
+    """The ring is read after a fixed number of lines, so it overruns between any two bytes.
 
-    What came, what a record tells as lost and what the target counted since then is what the
-    machine recorded: nothing is missed and nothing counted twice.
+    The received records, the losses that records report, and the losses that the target counted
+    since then add up to the machine's records: nothing is missing or counted twice.
     """
     script = ["seed 3", "start 0"]
     for n in range(1, 120):
@@ -222,7 +222,7 @@ def test_a_ring_that_overruns_anywhere_counts_what_it_drops(
         assert not [each for each in told if isinstance(each, Spoilt)]
         lost = sum(each.count for each in told if isinstance(each, Lost))
         assert lost == stream.counts.lost
-        assert len(kept(told)) + lost + untold(tmp_path) == len(attempted)
+        assert len(kept(told)) + lost + unreported(tmp_path) == len(attempted)
         dropped += lost
         found = followed(lamp, data)
         assert not [each for each in found if isinstance(each, Divergence)]

@@ -1,4 +1,4 @@
-"""What generated C saves the interpreter reads, and the reverse; what is damaged is refused."""
+"""The interpreter restores what generated C saves, and the reverse; damaged bytes are rejected."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_c_goes_on_from_what_the_interpreter_saved(host: Path, tmp_path: Path) -
     session.post("go", "high", -300)
     session.run()
     session.advance("1s")
-    # restored; not hot yet; then hot; the values; refused from within the step
+    # restored; not hot yet; then hot; the values; rejected within the step
     assert run(host, session.save_bytes()).split() == b"0 0 1 1 -300 9 0.1 1".split()
 
 

@@ -29,10 +29,10 @@ Run = Callable[[str, int], tuple[Chart, list[str]]]
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """Give a chart of a kind and a size, and the trace that it must have."""
+    """Return a function for a chart of a kind and a size, and its expected trace."""
     known: dict[tuple[str, int], tuple[Chart, list[str]]] = {}
 
-    def of(kind: str, count: int) -> tuple[Chart, list[str]]:
+    def chart_and_trace(kind: str, count: int) -> tuple[Chart, list[str]]:
         if (kind, count) not in known:
             path = tmp_path_factory.mktemp("chart") / f"{kind}.scxml"
             path.write_text(KINDS[kind](count), encoding="utf-8")
@@ -40,7 +40,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> Run:
             known[kind, count] = chart, run_script(chart, script(chart))
         return known[kind, count]
 
-    return of
+    return chart_and_trace
 
 
 def traced(folder: Path, chart: Chart, command: Sequence[str]) -> list[str]:

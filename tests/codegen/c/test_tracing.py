@@ -1,4 +1,4 @@
-"""What a machine in C logs, the interpreter does again; what differs is told."""
+"""The interpreter replays the log of a machine in C, and reports differences."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ Write = Callable[[Path, Mapping[str, str]], Path]
 def logged(
     folder: Path, jobs: Sequence[Job], hosts: Mapping[str, str] = MappingProxyType({})
 ) -> list[tuple[bytes, bytes]]:
-    """Play scripts on machines that are logged; return the log and the ring of each.
+    """Play scripts on logged machines; return the log and the ring of each.
 
-    ``hosts``: what stands in the driver, and what is to stand there instead.
+    ``hosts``: replacements of texts in the driver.
     """
     machines = [generate_machine(chart, f"x{i}", TRACED) for i, (chart, _) in enumerate(jobs)]
     harness._write(folder, machines)

@@ -1,4 +1,4 @@
-"""What a chart does not use costs nothing, and what a host does not want can be left out."""
+"""Unused features of a chart cost nothing, and a host can omit parts."""
 
 from __future__ import annotations
 

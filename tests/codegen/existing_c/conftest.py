@@ -33,14 +33,14 @@ Told = tuple[str, str, int]
 
 
 class Judge(Protocol):
-    """Reads a binding of the chart: rule, message and line of what is wrong."""
+    """Reads a binding of the chart; returns rule, message and line of each finding."""
 
     def __call__(self, text: str, head: str = HEAD) -> list[Told]: ...
 
 
 @pytest.fixture
 def judge(tmp_path: Path) -> Judge:
-    """Return what reads a binding of the chart: rule, message and line of what is wrong."""
+    """Return a reader of bindings of the chart: rule, message and line of each finding."""
     (tmp_path / "pump.yaml").write_text(CHART, encoding="utf-8")
 
     def found(text: str, head: str = HEAD) -> list[Told]:

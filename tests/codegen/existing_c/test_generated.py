@@ -1,4 +1,4 @@
-"""What is generated for a binding, of all types: it is compiled, run, and read in parts."""
+"""The generated code of a binding with all types: it is compiled, run, and compared in parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is one expression of C, and what is refused because it could be more."""
+"""Accepted expressions of C, and texts that are rejected because they could be more."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ def test_expressions_stay_as_they_are(text: str) -> None:
     ("text", "why"),
     [
         ("a; b", "`;` ends a statement"),
-        ("{0}", "`{` begins a block"),
-        ("#define x", "`#` begins a directive"),
+        ("{0}", "`{` starts a block"),
+        ("#define x", "`#` starts a directive"),
         ("(a", "this bracket is not closed"),
         ("a)", "no bracket fits"),
         ("(a]", "no bracket fits"),
         ("a // b", "`//` has no place"),
         ("a /* b", "`/*` has no place"),
-        ("return 1", "`return` stands in no expression"),
-        ('__asm__("nop")', "`__asm__` stands in no expression"),
-        ('"abc', "begins no token"),
-        ("'", "begins no token"),
-        ("a \\\n b", "begins no token"),
+        ("return 1", "`return` is not allowed in an expression"),
+        ('__asm__("nop")', "`__asm__` is not allowed in an expression"),
+        ('"abc', "is not the start of a C token"),
+        ("'", "is not the start of a C token"),
+        ("a \\\n b", "is not the start of a C token"),
         ("a <% b", "`<%` has no place"),
         ('"??/" x', "`??` has no place"),
-        ("ä", "begins no token"),
-        ("@", "begins no token"),
+        ("ä", "is not the start of a C token"),
+        ("@", "is not the start of a C token"),
         ("", "nothing stands here"),
         ("  ", "nothing stands here"),
         ("f(...)", "is for declarations"),

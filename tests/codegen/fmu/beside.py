@@ -22,7 +22,7 @@ from fsmkit.system.machine import operation_port
 from fsmkit.system.system import System
 
 
-def made(folder: Path, model: Chart | System, version: str, *, is_built: bool = True) -> Path:
+def build_fmu(folder: Path, model: Chart | System, version: str, *, is_built: bool = True) -> Path:
     options = {"fmi": version} | ({"build": "on"} if is_built else {})
     target = plugin(SystemTarget, "fmu")
     make = target.generate_system if isinstance(model, System) else target.generate

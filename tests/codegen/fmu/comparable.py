@@ -1,4 +1,4 @@
-"""Which charts do the same as an FMU and in the interpreter, however the importer steps."""
+"""Selects charts that behave equally as an FMU and in the interpreter, for every step size."""
 
 from __future__ import annotations
 

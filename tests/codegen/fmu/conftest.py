@@ -1,4 +1,4 @@
-"""What the tests of FMUs share."""
+"""Shared parts of the tests of FMUs."""
 
 from __future__ import annotations
 

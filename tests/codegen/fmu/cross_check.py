@@ -23,12 +23,12 @@ from fsmkit.codegen.fmu.variables import Variable, variables_of
 from fsmkit.language.values import to_python
 from fsmkit.plan import lower
 from fsmkit.runtime.script import SeededHost
-from tests.codegen.fmu.beside import Beside, made, named
+from tests.codegen.fmu.beside import Beside, build_fmu, named
 
 STEP = 0.01
 """In s."""
 COLUMNS = 10
-"""Of a reference solution, besides the time: more are not recommended."""
+"""The columns of a reference solution beside the time; more are not recommended."""
 LARGEST = 10**6
 """Bytes of a file."""
 RELATIVE_TOLERANCE = 1e-4
@@ -203,7 +203,7 @@ def write(
     import fmpy
 
     tool = Path("fsmkit", fsmkit.__version__)
-    file = made(out, chart, version)
+    file = build_fmu(out, chart, version)
     folder = out / "fmus" / version / "cs" / str(fmpy.platform) / tool / file.stem
     folder.mkdir(parents=True, exist_ok=True)
     file = file.replace(folder / file.name)

@@ -25,7 +25,7 @@ from fsmkit.diagnostics import Findings, FsmkitError
 from fsmkit.language.values import to_python
 from fsmkit.plugins import plugin
 from fsmkit.runtime.script import SeededHost
-from tests.codegen.fmu.beside import Beside, made, named
+from tests.codegen.fmu.beside import Beside, build_fmu, named
 from tests.codegen.fmu.comparable import can_be_compared
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
@@ -50,7 +50,7 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
     from fmpy.validation import validate_fmu
 
     for chart in CHARTS:
-        file = made(tmp_path, load(CELL / chart), version, is_built=False)
+        file = build_fmu(tmp_path, load(CELL / chart), version, is_built=False)
         assert validate_fmu(str(file)) == []
         folder = tmp_path / Path(chart).stem
         zipfile.ZipFile(file).extractall(folder)
@@ -62,7 +62,7 @@ def test_charts_of_the_cell_are_valid_and_compile_without_a_warning(
             [compiler, *warnings, *map(str, sources)], capture_output=True, text=True, check=False
         )
         assert done.stderr == ""
-    first, again = (made(tmp_path, load(CELL / "feeder.yaml"), version) for _ in range(2))
+    first, again = (build_fmu(tmp_path, load(CELL / "feeder.yaml"), version) for _ in range(2))
     assert first.read_bytes() == again.read_bytes()
 
 
@@ -82,7 +82,7 @@ def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mon
     path = tmp_path / "level.yaml"
     path.write_text(LEVEL, encoding="utf-8")
     with pytest.raises(FsmkitError) as caught:
-        made(tmp_path, load(path), "3.0")
+        build_fmu(tmp_path, load(path), "3.0")
     (found,) = caught.value.diagnostics
     assert found.rule.name == "missing-package"
     assert "fsmkit[fmi]" in str(found.help)
@@ -92,7 +92,7 @@ def test_without_fmpy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mon
 def test_sources_compile_with_the_cmake_file_of_the_fmu(
     version: str, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
-    file = made(tmp_path, load(CELL / "feeder.yaml"), version, is_built=False)
+    file = build_fmu(tmp_path, load(CELL / "feeder.yaml"), version, is_built=False)
     zipfile.ZipFile(file).extractall(tmp_path / "fmu")
     cmake = require_tool("cmake")
     for words in (["-S", "fmu/sources", "-B", "built"], ["--build", "built"]):
@@ -110,14 +110,14 @@ states:
 """
 
 
-def test_a_real_that_its_variable_cannot_hold_is_refused(tmp_path: Path) -> None:
+def test_a_real_that_its_variable_cannot_hold_is_rejected(tmp_path: Path) -> None:
     from fmpy.fmi1 import FMICallException
 
     from tests.codegen.fmu.importer import Importer
 
     path = tmp_path / "level.yaml"
     path.write_text(LEVEL, encoding="utf-8")
-    importer = Importer(made(tmp_path, load(path), "2.0"))
+    importer = Importer(build_fmu(tmp_path, load(path), "2.0"))
     importer.start({"level": 1e30})
     reference = [importer.by_name["level"].valueReference]
     for value in (-3.4e38, float("inf")):
@@ -146,7 +146,7 @@ def test_a_simulator_runs_it_for_a_minute(version: str, tmp_path: Path) -> None:
     path = tmp_path / "blinking.yaml"
     path.write_text(BLINKING, encoding="utf-8")
     result = simulate_fmu(
-        str(made(tmp_path, load(path), version)),
+        str(build_fmu(tmp_path, load(path), version)),
         stop_time=60.0, step_size=0.01, output_interval=0.25, output=["state", "turns"],
     )  # fmt: skip
     rows = zip(result["time"], result["state"], result["turns"], strict=True)
@@ -189,7 +189,7 @@ def test_random_charts_do_as_in_the_interpreter(
     for number, chart in _random_charts(version):
         folder = tmp_path / str(number)
         folder.mkdir()
-        file = made(folder, chart, version)
+        file = build_fmu(folder, chart, version)
         compared += _play(number, chart, partial(Importer, file))
         rmtree(folder)
     assert compared > 5 * RANDOM
@@ -247,9 +247,9 @@ def _live(number: int, life: int, most: int, chart: Chart, instance: Callable[[s
                 arguments[part.name] = to_python(value, part.type)
                 for path, scalar in named(part.type, value):
                     fields[f"{part.name}{path}"] = scalar
-            is_refused = not beside.session.post(event.name, **arguments)
+            is_rejected = not beside.session.post(event.name, **arguments)
             beside.session.run(now)
-            _guarded(beside, partial(fmu.post, event.name, fields), is_refused=is_refused)
+            _guarded(beside, partial(fmu.post, event.name, fields), is_rejected=is_rejected)
         else:
             passed = choose.choice((1, 3, 10, 40, 100, 500))
             now += passed
@@ -263,11 +263,11 @@ class TooManyError(Exception):
     """An FMU has no more room for events."""
 
 
-def _guarded(beside: Beside, step: Callable[[], None], *, is_refused: bool = False) -> None:
-    """Do a step; an error is right where the machine stopped with a fault.
+def _guarded(beside: Beside, step: Callable[[], None], *, is_rejected: bool = False) -> None:
+    """Do a step; an error is expected if the machine stopped with a fault.
 
-    Raises `TooManyError` where it is right because there is no more room: for what leaves the
-    machine, or in a queue that the machine does not work off, where the interpreter refuses too.
+    Raise `TooManyError` if it is expected because there is no more room: for outgoing events, or
+    in a queue that the machine does not process, where the interpreter rejects events, too.
     """
     from fmpy.fmi1 import FMICallException
 
@@ -275,7 +275,7 @@ def _guarded(beside: Beside, step: Callable[[], None], *, is_refused: bool = Fal
         step()
     except FMICallException:
         if beside.session.fault is None:
-            assert is_refused or len(beside.seen) > ROOM
+            assert is_rejected or len(beside.seen) > ROOM
             raise TooManyError from None
 
 
@@ -327,7 +327,7 @@ def test_no_event_is_lost_and_damaged_states_are_refused(version: str, tmp_path:
 
     path = tmp_path / "counter.yaml"
     path.write_text(COUNTER, encoding="utf-8")
-    fmu = Importer(made(tmp_path, load(path), version))
+    fmu = Importer(build_fmu(tmp_path, load(path), version))
     fmu.start({})
     if version == "2.0":
         fmu["post.tick"] = 100

@@ -27,7 +27,7 @@ from fsmkit.system.limits_of_c import report_limits
 from fsmkit.system.machine import EventLink, InputLink, Machine, operation_port, port_fields
 from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
-from tests.codegen.fmu.beside import SystemBeside, made, named
+from tests.codegen.fmu.beside import SystemBeside, build_fmu, named
 from tests.codegen.fmu.comparable import can_be_compared
 
 CELL = Path(__file__).parents[3] / "machines" / "production_cell"
@@ -52,7 +52,7 @@ def test_systems_of_the_cell_are_valid_and_compile_without_a_warning(
     from fmpy.validation import validate_fmu
 
     for path in (CELL / "ring.yaml", *PAIRS):
-        file = made(tmp_path, of_the_cell(path), version, is_built=False)
+        file = build_fmu(tmp_path, of_the_cell(path), version, is_built=False)
         assert validate_fmu(str(file)) == [], path
     folder = tmp_path / "ring"
     zipfile.ZipFile(tmp_path / "Ring.fmu").extractall(folder)
@@ -82,7 +82,7 @@ def test_the_pairs_of_the_cell_do_as_in_the_interpreter(version: str, tmp_path: 
         folder = tmp_path / path.stem
         folder.mkdir()
         system = of_the_cell(path)
-        file = made(folder, system, version)
+        file = build_fmu(folder, system, version)
         assert _play(seed, system, partial(Importer, file)) == STEPS, path
 
 
@@ -97,7 +97,7 @@ def test_random_systems_do_as_in_the_interpreter(version: str, tmp_path: Path) -
         seed, system = next(systems)
         folder = tmp_path / str(seed)
         folder.mkdir()
-        file = made(folder, system, version)
+        file = build_fmu(folder, system, version)
         compared += _play(seed, system, partial(Importer, file))
         linked += len(system.event_links) + len(system.input_links)
     assert compared > 5 * RANDOM

@@ -1,4 +1,4 @@
-"""What random charts found once."""
+"""Regression tests of errors that random charts found."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ Made = Callable[..., Any]
 
 
 class Host:
-    """Writes down what it is asked to do; what it answers can be set, or be an exception."""
+    """Records its calls; its answers can be set, or be an exception."""
 
     def __init__(self) -> None:
         self.told: list[tuple[Any, ...]] = []
@@ -113,7 +113,7 @@ class Host:
 
 
 def seen(machine: Any) -> tuple[Any, ...]:
-    """Return all that can be seen of a machine."""
+    """Return the observable state of a machine."""
     names = ("count", "largest", "least", "colour", "label", "spare", "pause", "weight", "errno")
     more = ("loaded", "level", "shown", "running", "finished", "fault", "reply")
     values = tuple(getattr(machine, name) for name in (*names, *more))

@@ -80,7 +80,7 @@ def _content(chart: Chart, change: Callable[[Any], Any]) -> Chart:
 
 
 def _answering(choices: Choices, chart: Chart) -> Chart:
-    """Return a chart that is invoked: it sends to its invoker, and tells it of its end."""
+    """Return a chart to be invoked: it sends to its invoker, and reports its end to it."""
 
     def change(node: Any) -> Any:
         is_leaving = isinstance(node, Send) and node.destination in LEAVING
@@ -116,7 +116,7 @@ def _invoking(choices: Choices, chart: Chart, children: list[tuple[int, Chart]])
                 continue
             name = f"done.invoke.m{slot}" if event.index == child.done else event.name
             while any(e.name == name and e.fields != event.fields for e in events):
-                name = f"{name}.m{slot}"  # a script tells events by their names
+                name = f"{name}.m{slot}"  # a script distinguishes events by name
             finalize = _finalize(choices, chart, event) if choices.chance(60) else ()
             returns.append(len(events))
             events.append(

@@ -1,4 +1,4 @@
-"""What an exception of the host leaves behind, on each runtime of Python."""
+"""The state after an exception of the host, on each runtime of Python."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ states:
 
 
 class Host:
-    """Raises what it is told to."""
+    """Raises the given exception."""
 
     def __init__(self) -> None:
         self.error: BaseException | None = None

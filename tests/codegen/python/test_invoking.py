@@ -30,7 +30,7 @@ def shop() -> Chart:
 
 
 def traced(chart: Chart, *script: str) -> list[str]:
-    """Return what both runtimes tell."""
+    """Return the traces of both runtimes."""
     expected = run_script(chart, script)
     assert run(chart, script) == expected
     return expected
@@ -248,7 +248,7 @@ states:
 
 
 def test_what_machines_ask_of_the_host_is_never_one_method_for_two_things(tmp_path: Path) -> None:
-    class Told:
+    class CallRecorder:
         def __init__(self) -> None:
             self.calls: list[tuple[str, int]] = []
 
@@ -257,7 +257,7 @@ def test_what_machines_ask_of_the_host_is_never_one_method_for_two_things(tmp_pa
 
     chart = written(tmp_path, CLASHES)
     traced(chart, "start 0")
-    host = Told()
+    host = CallRecorder()
     machine = load_machine(chart)(host)
     machine.start(0)
     machine.run(0)
@@ -344,8 +344,8 @@ def test_invoked_machines_are_made_once_and_steps_leave_nothing(shop: Chart) -> 
     machine = load_machine(shop)(host)
     machine.start(0)
 
-    def steps(begin: int, count: int) -> None:
-        for now in range(begin, begin + count):
+    def steps(start: int, count: int) -> None:
+        for now in range(start, start + count):
             if now % 150 == 0:
                 machine.start(now)
             machine.post_go()

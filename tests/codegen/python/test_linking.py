@@ -1,4 +1,4 @@
-"""A module refers to what it has: parts that are not reached are left out, and no other."""
+"""A module contains exactly the parts that are reachable."""
 
 from __future__ import annotations
 

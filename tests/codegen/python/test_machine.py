@@ -76,7 +76,7 @@ def chart(tmp_path: Path) -> Chart:
 
 
 class Host:
-    """A host that writes down what it is asked to do."""
+    """A host that records its calls."""
 
     def __init__(self) -> None:
         self.told: list[tuple[Any, ...]] = []
@@ -408,15 +408,15 @@ def test_a_state_named_as_its_chart_is_asked_for(tmp_path: Path) -> None:
 
 
 def test_many_states_are_found_in_a_table(tmp_path: Path) -> None:
-    """Each of them answers, and what it refuses its parent answers."""
+    """Each state handles the event; if its guard is false, its parent does."""
     states = "\n".join(
         f"      s{n}: {{on: {{go: {{if: n % 2 == {n % 2}, target: s{(n + 1) % 20}, do: n += 1}}}}}}"
         for n in range(20)
     )
     path = tmp_path / "many.yaml"
     path.write_text(
-        "chart: Many\ndata: {n: int32 = 0, refused: int32 = 0}\nevents: {in: [go, skip]}\n"
-        f"states:\n  all:\n    on: {{go: {{do: refused += 1}}, skip: {{do: n += 1}}}}\n"
+        "chart: Many\ndata: {n: int32 = 0, passed_on: int32 = 0}\nevents: {in: [go, skip]}\n"
+        f"states:\n  all:\n    on: {{go: {{do: passed_on += 1}}, skip: {{do: n += 1}}}}\n"
         f"    states:\n{states}\n"
     )
     chart = load(path)
@@ -428,7 +428,7 @@ def test_many_states_are_found_in_a_table(tmp_path: Path) -> None:
     assert machine.active() == ("s5",)
     machine.dispatch_skip()
     assert machine.dispatch_go()
-    assert (machine.n, machine.refused) == (26, 1)
+    assert (machine.n, machine.passed_on) == (26, 1)
     script = ["start 0", *["dispatch go", "dispatch skip", "dispatch go"] * 9, "dump"]
     assert harness.run(chart, script) == list(run_script(chart, script))
 
@@ -474,7 +474,7 @@ def test_an_enumeration_named_as_a_constant_gets_an_underscore(tmp_path: Path) -
 
 
 def test_no_branch_is_left_that_cannot_be_taken(tmp_path: Path) -> None:
-    """Of a machine with one timeout, no delayed send, no deferral, no payload and no guard."""
+    """The machine has one timeout, no delayed send, no deferral, no payload and no guard."""
     path = tmp_path / "timed.yaml"
     path.write_text(
         "chart: Timed\nevents: {in: [go]}\nstates:\n  a: {on: {go: b}}\n  b: {after: {20ms: a}}\n"

@@ -99,7 +99,7 @@ HOOKS = """\
     ((void)(m), (void)printf("NAME event %d %d\\n", (int)(what), (int)(e)->event))
 """
 RAISED, SENT_OUT, UNHANDLED, TAKEN = 0, 3, 4, 11
-"""Of `fsm_note`."""
+"""Kinds of `fsm_note`."""
 
 Script = list[tuple[str, str, tuple[str, ...], int]]
 """Machine, event, values (nothing where only time passes), and how far time goes on then."""
@@ -107,7 +107,7 @@ Script = list[tuple[str, str, tuple[str, ...], int]]
 
 @pytest.fixture
 def talk(tmp_path: Path) -> Path:
-    """Give a system of one chart twice, with a self-connection, and all that `cell.yaml` lacks."""
+    """Return a system of one chart twice, with a self-connection and features `cell.yaml` lacks."""
     for name, text in (("talk", TALK), ("player", PLAYER), ("judge", JUDGE)):
         (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
     return tmp_path / "talk.yaml"
@@ -141,7 +141,7 @@ def expected_trace(system: System, parts: tuple[Part, ...], script: Script) -> l
     session = SystemSession(system)
     prefix = {system.machines[part.index].name: part.prefix for part in parts}
     charts = {machine.name: machine.chart for machine in system.machines}
-    lines = [line for done in session.start() for line in told(done, prefix)]
+    lines = [line for done in session.start() for line in happened(done, prefix)]
     now = 0
     for machine, event, values, passes in script:
         if machine:
@@ -151,14 +151,14 @@ def expected_trace(system: System, parts: tuple[Part, ...], script: Script) -> l
                 for field, text in zip(declared.fields, values, strict=True)
             }
             session.post(machine, event, **payload)
-            lines += [line for done in session.run(now) for line in told(done, prefix)]
+            lines += [line for done in session.run(now) for line in happened(done, prefix)]
         now += passes
-        lines += [line for done in session.run(now) for line in told(done, prefix)]
+        lines += [line for done in session.run(now) for line in happened(done, prefix)]
         lines.append(f"now {now}")
     return lines
 
 
-def told(done: Happening, prefix: dict[str, str]) -> Iterator[str]:
+def happened(done: Happening, prefix: dict[str, str]) -> Iterator[str]:
     name = prefix[done.machine]
     match done.macrostep.event:
         case snap.Timeout(transition):

@@ -1,4 +1,4 @@
-"""What is written of a system: all but its world, whose connections are the host's."""
+"""The code of a system: all machines but its world, whose connections are the host's."""
 
 from __future__ import annotations
 

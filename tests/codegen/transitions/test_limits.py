@@ -1,4 +1,4 @@
-"""What the library cannot express is refused, with the place and a way out."""
+"""Charts that the library cannot express are rejected, with location and advice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the library lacks: time, histories, transitions without an event, the order of steps."""
+"""Features that the library lacks: time, histories, eventless transitions, the order of steps."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ typedef struct {
     uint16_t message;  /* the event that says that it has stopped */
 } fsm_can_silence;
 
-/* What a node exchanges with a foreign one; generated. */
+/* The messages between a node and an external one; generated. */
 typedef struct {
     uint8_t peer;         /* the foreign node, by its place in the deployment */
     uint16_t levels;      /* bytes of its levels */

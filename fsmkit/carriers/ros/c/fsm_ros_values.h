@@ -14,7 +14,7 @@ typedef enum {
     FSM_ROS_SENSOR   /* best effort */
 } fsm_ros_qos;
 
-/* What messages of events have before their fields. */
+/* The header of event messages, before their fields. */
 typedef struct {
     uint32_t session, sequence, events;
 } fsm_ros_numbers;

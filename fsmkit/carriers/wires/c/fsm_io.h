@@ -49,7 +49,7 @@ static inline const int32_t *fsm_io_in(const void *image, const fsm_io_wire *wir
     return (const int32_t *)(const void *)((const unsigned char *)image + wire->offset);
 }
 
-/* Where a wire lies in a window of registers (fsm_io_map.h). Wires of one register are side by side in
+/* The location of a wire in a window of registers (fsm_io_map.h). Wires of one register are adjacent in
  * their table. */
 typedef struct {
     uint32_t offset; /* bytes; a multiple of the access */
@@ -87,7 +87,7 @@ typedef struct {
 /* A bit that changes once `readings` in a row differ from it. */
 void fsm_io_debounce(bool *value, uint16_t *count, bool reading, uint16_t readings);
 
-/* Add what a counter moved since the last reading, by the shorter way; modulo 2^32. */
+/* Add the change of a counter since the last reading, in the shorter direction; modulo 2^32. */
 void fsm_io_count(int32_t *value, fsm_io_counter *counter, int32_t raw, uint8_t bits);
 
 /* Take in a raw value of a converter: scaled and filtered if it is valid, else only counted. */

@@ -23,7 +23,7 @@ bool fsm_io_memory_set(const fsm_io_memory *self, const char *name, int32_t valu
 /* Take the value of any wire; false for an unknown name. */
 bool fsm_io_memory_get(const fsm_io_memory *self, const char *name, int32_t *value);
 
-/* All outputs as they are where all is off, as before the first cycle. */
+/* Set all outputs to off, as before the first cycle. */
 void fsm_io_memory_make_safe(const fsm_io_memory *self);
 
 #ifdef __cplusplus

@@ -20,7 +20,7 @@ extern "C" {
 enum {
     FSM_LINK_SEATS = 32,         /* connections at a time; one more, and the oldest stranger goes */
     FSM_LINK_STRANGER_MS = 2000, /* until a connection must have said a valid hello */
-    FSM_LINK_SAID_BYTES = 16384  /* at once, and again each second; hellos take half of it at most */
+    FSM_LINK_SAID_BYTES = 16384  /* burst, and per second; hellos take at most half of it */
 };
 
 typedef struct { /* a struct sockaddr_storage */

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Where the parts of a hello are. */
+/* The offsets of a hello's parts. */
 enum { MARK_AT = 0, SENDER_AT = 1, SESSION_AT = 2, TOKEN_AT = 6, ECHO_AT = 14 };
 
 #define MARK 0x3Fu /* no frame starts with it */

@@ -47,7 +47,7 @@ bool fsm_link_hello_init(fsm_link_hellos *all, uint8_t node, uint8_t nodes, uint
 /* Write what to say to a peer. */
 void fsm_link_hello_write(const fsm_link_hellos *all, uint8_t peer, uint8_t *hello);
 
-/* Take what came by a route, perhaps a hello. Returns the peer that listens there, or -1. */
+/* Process a message of a route, which may be a hello. Return the peer of the route, or -1. */
 int fsm_link_hello_receive(fsm_link_hellos *all, const uint8_t *bytes, size_t length,
                         const uint8_t *route, size_t route_length, int key_of, uint64_t now_ms);
 

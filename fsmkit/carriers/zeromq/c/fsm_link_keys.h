@@ -26,8 +26,8 @@ typedef struct {
     fsm_shared stop;
 } fsm_link_keys;
 
-/* Let in whoever shows one of these keys, and give it its node; false, with errno, if that cannot
- * be. Before anything is bound. */
+/* Accept clients with one of these keys, and assign their nodes; return false, with errno, on failure.
+ * Call it before binding a socket. */
 bool fsm_link_keys_open(fsm_link_keys *keys, void *context, uint8_t nodes,
                         const char *const *public_keys);
 

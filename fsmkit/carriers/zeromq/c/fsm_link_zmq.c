@@ -15,11 +15,11 @@
 #include <zmq.h>
 
 enum {
-    PATROL_MS = 10,    /* from look to look at what nobody wakes a thread for */
+    PATROL_MS = 10,    /* the polling interval for changes that wake no thread */
     HELLO_MS = 50,     /* from hello to hello, unless there is news */
     RECONNECT_MS = 10, /* after a peer has gone; longer and longer, up to the next */
     RECONNECT_MOST_MS = 200,
-    GONE_MS = 2000, /* without an acknowledgement a connection is given up, and made again */
+    GONE_MS = 2000, /* without an acknowledgement a connection is closed and opened again */
     LINGER_MS = 500,
     SMALL = 1024, /* bytes of a message at least: handshakes of ZMTP take up to so many */
     /* Messages of one connection that wait to be seen; the gate ends it long before. A limit that
@@ -71,8 +71,8 @@ static bool hear_part(fsm_link_zmq *zmq, uint64_t now)
     return true;
 }
 
-/* See who came and who went. Not all at once: whoever floods must not hold this thread; it comes
- * back at once then. */
+/* Process the connections and disconnections of peers, up to a limit, so that a flood does not block this
+ * thread. It then continues immediately after its other work. */
 static void see_listeners(fsm_link_zmq *zmq)
 {
     uint64_t now = milliseconds();

@@ -73,7 +73,7 @@ typedef struct {
     fsm_link_gate gate;
     fsm_link_keys keys;
     bool has_keys;
-    struct { /* what came to the publisher: a route, a hello; no more parts */
+    struct { /* received by the publisher: a route, a hello; no further parts */
         uint8_t route[FSM_LINK_ROUTE];
         size_t length;
         unsigned parts;

@@ -220,17 +220,21 @@ class Printer(Operators, lang.Walk[Fragment]):
             return Fragment(f"fsm_{own}_decided_many({passed})", "bool")
 
         def end(value: str) -> Callable[[int], str]:
-            def reached(way: int) -> str:
+            def reached(path_sum: int) -> str:
                 if failed != "NULL":
-                    return f"fsm_{own}_went({failed}, {expr.counter + way}u, {value})"
-                return f"(fsm_{own}_counters[{expr.counter + way}] = 1u, {value})"
+                    return f"fsm_{own}_went({failed}, {expr.counter + path_sum}u, {value})"
+                return f"(fsm_{own}_counters[{expr.counter + path_sum}] = 1u, {value})"
 
             return reached
 
         return Fragment(self._through(expr.operand, 0, end("true"), end("false")), "bool")
 
     def _through(
-        self, part: lang.Expr, way: int, true: Callable[[int], str], false: Callable[[int], str]
+        self,
+        part: lang.Expr,
+        path_sum: int,
+        true: Callable[[int], str],
+        false: Callable[[int], str],
     ) -> str:
         """Return a guard as a tree of its conditions, in which each path has its own end.
 
@@ -239,16 +243,16 @@ class Printer(Operators, lang.Walk[Fragment]):
         match part:
             case lang.CoveredCondition(operand, added):
                 test = self.fragment(operand).at(OR)
-                return f"({test} ? {true(way)} : {false(way + added)})"
+                return f"({test} ? {true(path_sum)} : {false(path_sum + added)})"
             case lang.Unary(lang.UnaryOp.NOT, operand):
-                return self._through(operand, way, false, true)
+                return self._through(operand, path_sum, false, true)
             case lang.Binary(lang.BinaryOp.AND, left, right):
                 return self._through(
-                    left, way, lambda at: self._through(right, at, true, false), false
+                    left, path_sum, lambda at: self._through(right, at, true, false), false
                 )
             case lang.Binary(lang.BinaryOp.OR, left, right):
                 return self._through(
-                    left, way, true, lambda at: self._through(right, at, true, false)
+                    left, path_sum, true, lambda at: self._through(right, at, true, false)
                 )
             case _:
                 raise AssertionError(part)

@@ -263,7 +263,7 @@ static void run(fmu_instance *i)
     }
 }
 
-/* Post an event; a full queue is worked off first, so that none is lost. */
+/* Post an event. Process a full queue first, so that no event is lost. */
 static void deliver(fmu_instance *i, uint32_t reference)
 {
     if (post(i, reference) || !is_running(i, reference)) {

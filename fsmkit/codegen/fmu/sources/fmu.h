@@ -11,7 +11,7 @@
 #define FMU_INSTANCES 8 /* at once; there is no allocation */
 #endif
 #ifndef FMU_STATES
-#define FMU_STATES 32 /* copies that fmi2GetFMUstate and fmi3GetFMUState give out at once */
+#define FMU_STATES 32 /* the maximum of copies that fmi2GetFMUstate and fmi3GetFMUState return */
 #endif
 #ifndef FMU_POSTED
 #define FMU_POSTED 65535u /* by how much a counter of events may grow in a step */
@@ -59,7 +59,7 @@ typedef struct {
 
 extern const fmu_part fmu_parts[FMU_PARTS];
 
-/* What is done with all machines; generated. Run: false if they do not come to rest. */
+/* Generated functions for all machines. Run: false if they do not become idle. */
 void fmu_model_init(fmu_machine *m);
 void fmu_model_start(fmu_machine *m, uint32_t now);
 bool fmu_model_run(fmu_machine *m, uint32_t now);

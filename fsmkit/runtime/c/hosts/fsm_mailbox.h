@@ -54,7 +54,7 @@ typedef struct {
     fsm_shared lost; /* found no room; the producer writes it; stops at the largest value */
 } fsm_ring;
 
-/* How many slots are filled, as the consumer sees it: perhaps there are more already. */
+/* Return the number of filled slots for the consumer; producers may have added more. */
 static inline FSM_INDEX fsm_ring_count(const fsm_ring *ring)
 {
     return (FSM_INDEX)(fsm_shared_read(&ring->put) - fsm_shared_own(&ring->got));
@@ -153,7 +153,7 @@ static inline void fsm_ring_release(fsm_ring *ring)
     FSM_MAY_BE_UNUSED static inline void X##_mailbox_run(X##_mailbox *box_, X *m_, uint32_t now_)  \
     {                                                                                              \
         FSM_INDEX left_ = fsm_ring_count(&box_->ring);                                             \
-        bool goes_on_ = true; /* what else filled the queue, the first run emptied */              \
+        bool goes_on_ = true; /* the first run has emptied the queue of other events */              \
         bool first_ = true;                                                                        \
         while (goes_on_) {                                                                         \
             FSM_INDEX some_ = (FSM_INDEX)(left_ < (queue) ? left_ : (queue));                      \

@@ -8,7 +8,7 @@ typedef char fsm_link_slots_are_a_power_of_two
     [FSM_LINK_SLOTS > 0 && (FSM_LINK_SLOTS & (FSM_LINK_SLOTS - 1)) == 0 ? 1 : -1];
 typedef char fsm_link_frames_have_a_size[FSM_LINK_BYTES >= FSM_LINK_HEADER ? 1 : -1];
 
-/* Where the fields of the header are. */
+/* The offsets of the header's fields. */
 enum { VERSION = 2, SENDER = 3, HASH = 4, SESSION = 8, SEQUENCE = 12, EVENTS = 16, MESSAGE = 20 };
 
 #define MAGIC_0 0x46u /* F */
@@ -59,7 +59,7 @@ static void latest_publish(fsm_link_latest *latest)
     latest->writes = (uint8_t)(before & 3u);
 }
 
-/* What was published last; NULL if that was seen before. */
+/* Return the last published levels; NULL if they were read before. */
 static const fsm_link_frame *latest_read(fsm_link_latest *latest)
 {
     if ((fsm_shared_read(&latest->middle) & IS_NEW) == 0u) {
@@ -303,8 +303,8 @@ bool fsm_link_next(fsm_link *link, fsm_link_frame *frame)
 
 /* ---- the receiver's end ----------------------------------------------------------------------- */
 
-/* Whether a frame is the next of its peer, or a later one; counts what lies between, or what it
- * is instead. */
+/* Return whether a frame is the next of its peer, or a later one. Count the frames between, or the
+ * kind of an unexpected frame. */
 static bool in_order(fsm_link_peer *peer, const uint8_t *bytes)
 {
     uint32_t session = get32(bytes + SESSION);

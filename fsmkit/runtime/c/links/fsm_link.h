@@ -359,7 +359,7 @@ typedef struct {
 typedef struct {
     fsm_shared counts[FSM_LINK_COUNTS];
     fsm_shared session;  /* of arriving frames; 0 before the first */
-    fsm_shared heard;    /* frames of all sessions, without faults */
+    fsm_shared heard;    /* intact frames of all sessions */
     fsm_shared taken;    /* the session of the last received frame */
     uint32_t spoke;      /* the cycle of the last frame of the present session */
     uint32_t sequence;   /* of the next frame */

@@ -103,13 +103,13 @@ void fsm_answers_decide(fsm_answers *self, fsm_symbolic *symbolic)
             : symbolic->outcome != FSM_COMPLETE           ? fsm_outcome_name(symbolic->outcome)
             : answer->sets.unevaluated                       ? "combinations"
                                                           : fsm_outcome_name(FSM_OUT_OF_MEMORY);
-        symbolic->mdd.failed = false; /* what was made before is there */
+        symbolic->mdd.failed = false; /* nodes created before are valid */
     }
 }
 
 /* --- ways ------------------------------------------------------------------------------------------------- */
 
-/* The nearest state of a set, as long as that is to be had; else some state of it. */
+/* Return the nearest state of a set if it can be computed, else any state of it. */
 static bool find_path(fsm_answer *answer, const fsm_path_context *ways, uint32_t set)
 {
     fsm_symbolic *symbolic = ways->symbolic;

@@ -50,7 +50,7 @@ static bool find_unanswered(deciding *self, uint32_t request, uint32_t answer)
     return fine;
 }
 
-/* Where some step of an action is possible: all steps lead to states that are known. */
+/* The states in which some step of an action is possible: all steps lead to known states. */
 static uint32_t where_possible(deciding *self, uint32_t first, uint32_t last)
 {
     return fsm_relation_step_by(&self->back, first, last, self->symbolic->root, get(self, FSM_SET_OPEN));
@@ -152,7 +152,7 @@ static bool find_fair(deciding *self, bool timeless)
     s->max_created = 0;
     if (self->found->has_all || !ends || s->outcome != FSM_COMPLETE)
         return self->found->has_all;
-    s->mdd.failed = false; /* what was made before is there */
+    s->mdd.failed = false; /* nodes created before are valid */
     return put(self, FSM_SET_FAIR, 0) && put(self, FSM_SET_ENDLESS, 0);
 }
 

@@ -161,7 +161,7 @@ static fsm_path_step path_to_core(void *context, const fsm_steps *steps, size_t 
                                                                  : FSM_GOES_ON;
 }
 
-/* A round through a component: what must be seen of it yet is in `open`. */
+/* A cycle through a component: `open` contains the conditions that it must still meet. */
 typedef struct {
     fsm_fairness *fairness;
     const fsm_components *all;
@@ -197,7 +197,7 @@ static bool see(round_trip *self, fsm_state state, bool close)
     return news;
 }
 
-/* What belongs to a step: its action, and which machines' first timers it ends. */
+/* The attributes of a step: its action, and the machines whose first timers it ends. */
 typedef struct {
     uint32_t action;
     uint64_t ended;

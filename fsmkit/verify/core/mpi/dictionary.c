@@ -1,7 +1,7 @@
 #include "mpi/dictionary.h"
 #include "store/room.h"
 
-/* What comes next on the wire; any other number is that of a node, counted from here. */
+/* The kind of the next item on the wire; other numbers are nodes, counted from here. */
 enum { STATE, FIRST_NODE };
 
 bool fsm_dictionary_init(fsm_dictionary *self, fsm_composition *composition, uint32_t ranks, size_t memory)
@@ -44,7 +44,7 @@ void fsm_dictionary_free(fsm_dictionary *self)
     *self = (fsm_dictionary){0};
 }
 
-/* Makes a table large enough for a place; what is new in it is 0. */
+/* Grows a table to contain an index; new entries are 0. */
 static bool make_place(fsm_dictionary *self, fsm_places *table, uint32_t place)
 {
     uint32_t before = table->room;
@@ -118,7 +118,7 @@ uint32_t fsm_dictionary_owner(fsm_dictionary *self, fsm_state state)
 /* --- sending
  * --------------------------------------------------------------------------------------- */
 
-/* The place for a number in a table; whether it stands there already is for the caller to see. */
+/* Returns the slot for a number in a table, which may be empty. */
 static uint32_t place_for(fsm_dictionary *self, fsm_places *table, uint32_t number)
 {
     uint32_t place = number & (self->most - 1);

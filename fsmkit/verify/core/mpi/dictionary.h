@@ -41,7 +41,7 @@ typedef struct {
 bool fsm_dictionary_init(fsm_dictionary *self, fsm_composition *composition, uint32_t ranks, size_t memory);
 void fsm_dictionary_free(fsm_dictionary *self);
 
-/* Which rank owns a state; the same in every rank. FSM_NONE if memory ran out. */
+/* Returns the rank that owns a state, equal in every rank. FSM_NONE if memory ran out. */
 uint32_t fsm_dictionary_owner(fsm_dictionary *self, fsm_state state);
 
 /* Writes a state for a peer, or a footprint. False if memory ran out. */

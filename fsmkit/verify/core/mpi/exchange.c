@@ -64,8 +64,8 @@ void fsm_exchange_look(fsm_exchange *self)
     }
 }
 
-/* Sends what is written, once what was sent before has gone; meanwhile takes what comes, so that no two ranks wait for
- * each other. */
+/* Sends the written batch after the previous one is complete. Meanwhile it receives batches, so that no two ranks wait
+ * for each other. */
 static void post(fsm_exchange *self, uint32_t peer, unsigned char kind)
 {
     fsm_mail *mail = &self->mail[peer];

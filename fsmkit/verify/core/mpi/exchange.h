@@ -31,7 +31,7 @@ void fsm_exchange_free(fsm_exchange *self);
 
 void fsm_exchange_start(fsm_exchange *self, fsm_take_item *take, void *context);
 
-/* Where an item for a peer is written; after each item `fsm_exchange_wrote`. */
+/* Returns the buffer for an item to a peer; call `fsm_exchange_wrote` after each item. */
 static inline fsm_wire *fsm_exchange_to(fsm_exchange *self, uint32_t peer)
 {
     fsm_wire *wire = &self->mail[peer].writing;

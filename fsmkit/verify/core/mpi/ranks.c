@@ -152,7 +152,7 @@ static bool arrive(fsm_ranks *self, fsm_member member, bool internal)
     return true;
 }
 
-/* What peers found. */
+/* Results of the peers. */
 static bool take_found(void *context, uint32_t peer, fsm_unread *from)
 {
     fsm_ranks *self = context;
@@ -222,7 +222,7 @@ static bool expand(fsm_ranks *self, const fsm_member *at)
     return true;
 }
 
-/* Expands what this rank has of a layer, and takes in what it has of the next one. */
+/* Expands this rank's part of a layer, and collects its part of the next layer. */
 static void expand_layer(fsm_ranks *self, const fsm_members *layer)
 {
     bool fine = true;

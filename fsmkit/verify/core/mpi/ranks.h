@@ -31,7 +31,7 @@ typedef struct {
     fsm_member *members;
 } fsm_stop;
 
-/* A state on its way into the set, while its place there is fetched from memory. */
+/* A state to be added to the set, while its bucket is prefetched from memory. */
 typedef struct {
     fsm_member member;
     fsm_shard *shard;

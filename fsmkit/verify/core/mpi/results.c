@@ -156,7 +156,7 @@ static bool fetch_locals(const fsm_ranks *self)
     return fine;
 }
 
-/* What all ranks have covered, and used of microsteps, in rank 0. */
+/* Gathers the coverage and the microstep counts of all ranks in rank 0. */
 static void join_coverage(const fsm_ranks *self)
 {
     const fsm_composition *c = self->composition;

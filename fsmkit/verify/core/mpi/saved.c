@@ -15,7 +15,7 @@ enum { NAME = 4096, CHUNK = 1 << 16 };
 struct fsm_saved {
     FILE *log;
     uint64_t length;     /* bytes of the log */
-    uint32_t *counts;    /* what of it is in the log: local states by machine, then states by node, then footprints */
+    uint32_t *counts;    /* the numbers already in the log: local states by machine, then states by node, then footprints */
     uint32_t committed;  /* the layer that was committed last; FSM_NONE: none */
 };
 

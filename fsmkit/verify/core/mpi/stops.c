@@ -88,7 +88,7 @@ static bool look_up_round(fsm_ranks *self, const fsm_stop *stop, lookup *l, fsm_
     return true;
 }
 
-/* Where memory for this runs out in one rank the others would wait for it. */
+/* If memory for this ran out in one rank, the others would wait for it. */
 static void *must(void *memory)
 {
     if (memory == NULL)

@@ -11,7 +11,7 @@ typedef struct {
     uint32_t *entering; /* by place in the set: internal steps from states that stay; GONE: the state has been taken away */
     uint64_t *free_now, *free_next;
     size_t now_count, next_count, now_room, next_room;
-    uint32_t *before_place; /* a state before it that stays, by its place and rank; made only if some stay */
+    uint32_t *before_place; /* a predecessor that is kept, by its position and rank; allocated only if some are kept */
     uint16_t *before_rank;
 } trimming;
 
@@ -23,7 +23,7 @@ static bool push(trimming *self, uint64_t place)
     return true;
 }
 
-/* What a step into a state of this rank does to it; `rank` and `from` are those of the state before. */
+/* Applies a step into a state of this rank; `rank` and `from` identify its predecessor. */
 typedef bool arrival(trimming *self, uint64_t place, uint32_t rank, uint32_t from);
 
 static bool enter(trimming *self, uint64_t place, uint32_t rank, uint32_t from)

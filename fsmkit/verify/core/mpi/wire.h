@@ -53,7 +53,7 @@ static inline void fsm_wire_free(fsm_wire *self)
     *self = (fsm_wire){0};
 }
 
-/* What is read; once it has ended all numbers are 0, and there are no bytes. */
+/* A reader; at its end all numbers are 0 and there are no bytes. */
 typedef struct {
     const unsigned char *at, *end;
     bool failed;

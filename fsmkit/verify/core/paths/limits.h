@@ -14,7 +14,7 @@ typedef struct {
     bool sleepless;  /* see fsm_search */
 } fsm_path_context;
 
-/* So many states of a search that keeps each, or nodes of distances; fewer for wide systems, whose states cost more. */
+/* The limit of stored states of a search, or of distance nodes; lower for wide systems, whose states are larger. */
 uint64_t fsm_as_many(uint64_t states);
 uint64_t fsm_max_states_of_paths(void);
 uint64_t fsm_max_nodes_of_paths(void);

@@ -20,8 +20,8 @@ bool fsm_path_by_distances(const fsm_path_context *self, uint32_t set, fsm_path 
 /* A shortest way to some state of a set, by a search that keeps each state. False if that ended before. */
 bool fsm_path_to_set(const fsm_path_context *self, uint32_t set, fsm_path *path);
 
-/* Goes on from a state to the nearest one of a set, within a bound, by a relation backwards; that may be the state itself. False if
- * there is no way, or memory or time ran out. */
+/* Extends a path from a state to the nearest one of a set, which may be itself, within a bound, by a backward relation. Returns
+ * false if there is no path, or memory or time ran out. */
 bool fsm_walk_within(const fsm_path_context *self, fsm_relation *back, uint32_t set, uint32_t bound, fsm_state *at, fsm_path *path);
 
 /* A way to a cycle, and its steps. False if memory or time ran out. */

@@ -31,8 +31,8 @@ typedef struct {
     size_t at;            /* where the new ones go in the next layer */
 } chunk;
 
-/* What one thread sees. Its chunks come in increasing order, so what is first of it is first for all if its
- * chunk is. */
+/* The results of one thread. Its chunks come in increasing order, so its first result is the first of all if
+ * its chunk is the first. */
 typedef struct {
     fsm_ahead ahead;
     fsm_witness *witnesses;   /* by mark */
@@ -103,7 +103,7 @@ void fsm_parallel_search_stop(fsm_parallel_search *self)
     free(self);
 }
 
-/* More shards than threads, so that nobody waits long for the slowest one. */
+/* More shards than threads, which shortens the wait for the slowest one. */
 static unsigned shift_for(uint32_t threads)
 {
     unsigned shift = 1;

@@ -31,11 +31,11 @@
 
 #include "store/store.h"
 
-/* Which steps: own ones of monitors, of machines of the environment that have an event waiting, all own
- * ones, and what may happen to machines. */
+/* The kinds of steps: own steps of monitors, those of environment machines with a waiting event, all own
+ * steps, and external events. */
 typedef enum { FSM_WATCHES, FSM_ANSWERS, FSM_OWN, FSM_OPEN, FSM_PARTS } fsm_part;
 
-/* What a step of a machine touches, wherever it is taken. Bytes that are not named are 0. */
+/* The footprint of a machine's step in any state. Unused bytes are 0. */
 typedef struct {
     uint64_t moved;       /* machines: a bit for the one that moves, and each that it sends an event; of many, some share one */
     uint64_t receivers;        /* those that it gives a value for an input */
@@ -62,7 +62,7 @@ size_t fsm_sleep_sets_bytes(const fsm_sleep_sets *self);
  * may meanwhile use the numbers that they know. */
 uint32_t fsm_sleep_sets_number(fsm_sleep_sets *self, const fsm_footprint *footprint);
 
-/* Which steps sleep in a state that was found first by one with this footprint. */
+/* Returns the sleeping steps of a state that was first reached by a step with this footprint. */
 static inline const uint64_t *fsm_sleep_sets_row(const fsm_sleep_sets *self, fsm_footprint_number found_by)
 {
     return self->rows + (size_t)found_by * (FSM_MOST_FOOTPRINTS / 64);

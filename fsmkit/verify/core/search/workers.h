@@ -7,7 +7,7 @@
 
 enum { FSM_MOST_WORKERS = 64 };
 
-/* What each worker does; worker 0 is the caller. */
+/* The task of each worker; worker 0 is the caller. */
 typedef void fsm_work(void *context, uint32_t worker);
 
 typedef struct fsm_workers fsm_workers;

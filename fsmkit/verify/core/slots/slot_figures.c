@@ -31,7 +31,7 @@ static uint32_t cut(cutting *self, uint32_t node)
     return made;
 }
 
-/* Those of all states together. */
+/* The figures of all states together. */
 static uint32_t locals_of(cutting *self, uint32_t top)
 {
     fsm_mdd *mdd = &self->symbolic->mdd;

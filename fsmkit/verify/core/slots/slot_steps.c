@@ -178,7 +178,7 @@ static int compare(uint32_t a, uint32_t b)
     return (a > b) - (a < b);
 }
 
-/* Lengths last, so that what is the same for several comes together. */
+/* Lengths come last, so that equal steps of several lengths are adjacent. */
 static int by_effect(const void *a, const void *b)
 {
     const effect *x = a, *y = b;

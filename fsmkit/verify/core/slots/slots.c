@@ -397,7 +397,7 @@ uint32_t fsm_slots_number(fsm_slots *self, const fsm_change *change)
     if (change->pushed_count > 0)
         memcpy(items + PUSHED, change->pushed, change->pushed_count * sizeof *items);
     uint32_t number = fsm_lists_number(&self->changes, items, PUSHED + change->pushed_count);
-    return number == FSM_NONE ? 0 : number; /* list 0 is empty, so that none of these has that number */
+    return number == FSM_NONE ? 0 : number; /* list 0 is empty, so these lists have other numbers */
 }
 
 fsm_change fsm_slots_change(const fsm_slots *self, uint32_t number)

@@ -17,7 +17,7 @@
 #include "store/lists.h"
 #include "symbolic/split.h"
 
-/* What becomes of the list, besides what is put behind it. */
+/* The change of the list, beside the appended events. */
 typedef enum {
     FSM_CHANGE_NONE,
     FSM_CHANGE_TAKE,  /* the first that waits is taken out */
@@ -26,7 +26,7 @@ typedef enum {
     FSM_CHANGE_CLEAR  /* all are lost: the machine stops */
 } fsm_change_kind;
 
-/* Where a change is possible. */
+/* The states in which a change is possible. */
 typedef enum {
     FSM_IF_ANY,
     FSM_IF_IDLE,     /* nothing waits: all are deferred where the machine is */
@@ -44,7 +44,7 @@ typedef struct {
     uint32_t before, after; /* numbers of sets of events that are deferred; equal ones: it makes no difference */
     const uint32_t *pushed; /* values that are put behind, in order */
     uint32_t pushed_count;
-    bool loses;             /* what does not fit is lost; else all of it fits */
+    bool loses;             /* events that do not fit are lost; otherwise all fit */
 } fsm_change;
 
 typedef struct {
@@ -85,7 +85,7 @@ static inline bool fsm_slot_is_deferred(uint32_t value)
     return value != 0 && value % 2 == 0;
 }
 
-/* Whether what a slot holds waits to be taken, where a set of events is deferred. */
+/* Returns whether the event in a slot can be taken, given the set of deferred events. */
 bool fsm_slot_waits(const fsm_slots *self, uint32_t machine, uint32_t value, uint32_t set);
 
 /* These return FSM_NONE if memory ran out. The value of an event that a message brings; the base of a local state; the set of

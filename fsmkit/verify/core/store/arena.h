@@ -1,4 +1,4 @@
-/* arena.h: memory that is taken bit by bit and given back at once. */
+/* arena.h: memory that is allocated piece by piece and freed as a whole. */
 #ifndef FSM_ARENA_H
 #define FSM_ARENA_H
 

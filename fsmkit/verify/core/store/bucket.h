@@ -57,7 +57,7 @@ static inline unsigned fsm_bucket_find(const void *bucket, unsigned slots, uint3
     return found == 0 ? slots : (unsigned)__builtin_ctz(found);
 }
 
-/* How many slots are taken. */
+/* Returns the number of used slots. */
 static inline unsigned fsm_bucket_taken(const void *bucket, unsigned slots)
 {
     return fsm_bucket_find(bucket, slots, 0);

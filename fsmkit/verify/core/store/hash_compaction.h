@@ -44,10 +44,10 @@ typedef struct {
 bool fsm_hash_compaction_init(fsm_hash_compaction *self, fsm_storage storage, size_t bytes);
 void fsm_hash_compaction_free(fsm_hash_compaction *self);
 
-/* Which part a state belongs to. */
+/* Returns the part that a state belongs to. */
 uint32_t fsm_hash_compaction_part_of(const fsm_hash_compaction *self, fsm_state state);
 
-/* Where in the table it belongs, for the two below; its memory is fetched meanwhile. */
+/* Returns its position in the table, for the two functions below, and prefetches its memory. */
 uint64_t fsm_hash_compaction_home(const fsm_hash_compaction *self, fsm_state state);
 
 /* Whether it counts as known. */

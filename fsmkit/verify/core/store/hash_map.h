@@ -27,7 +27,7 @@ typedef struct {
 
 void fsm_hash_map_free(fsm_hash_map *self);
 
-/* Frees what only readers needed. Nobody may be reading. */
+/* Frees memory that only readers needed. No thread may be reading. */
 void fsm_hash_map_tidy(fsm_hash_map *self);
 
 static inline size_t fsm_hash_map_first_slot(const fsm_hash_map_table *table, uint64_t key)

@@ -1,4 +1,4 @@
-/* region.h: memory that grows in place. A region reserves addresses; what is touched is paid for. */
+/* region.h: memory that grows in place. A region reserves addresses; only touched pages use memory. */
 #ifndef FSM_REGION_H
 #define FSM_REGION_H
 
@@ -14,8 +14,8 @@ typedef struct {
 bool fsm_region_reserve(fsm_region *self, size_t bytes);
 void fsm_region_release(fsm_region *self);
 
-/* Requests large pages for memory that is accessed randomly, so that fewer addresses are missed. Little
- * memory is left alone. */
+/* Requests large pages for randomly accessed memory, which reduces TLB misses. Small regions are left
+ * unchanged. */
 void fsm_region_advise(void *memory, size_t bytes);
 
 #endif

@@ -26,7 +26,7 @@ static inline bool fsm_resize(void *items, size_t bytes)
     ((count) < (room)                                                                                                            \
      || (fsm_resize(&(items), (size_t)FSM_LARGER(room, least) * sizeof *(items)) && ((room) = FSM_LARGER(room, least)) > 0))
 
-/* Makes an array large enough for a place; what is new in it is 0. */
+/* Grows an array to contain an index; new elements are 0. */
 static inline bool fsm_make_place(void *items, uint32_t *room, uint32_t place, uint32_t least, size_t size)
 {
     uint32_t more = *room == 0 ? least : *room;

@@ -1,5 +1,5 @@
-/* segmented_array.h: arrays that grow and never move, so that what was put there can be read while more is
- * added. Each chunk is twice as large as the one before, and starts at a cache line. */
+/* segmented_array.h: arrays that grow and never move, so that elements can be read while others are added.
+ * Each chunk is twice as large as the previous one, and starts at a cache line. */
 #ifndef FSM_SEGMENTED_ARRAY_H
 #define FSM_SEGMENTED_ARRAY_H
 
@@ -35,7 +35,7 @@ static inline void *fsm_segmented_array_at(const fsm_segmented_array *self, uint
     return (char *)self->chunks[chunk] + at * size;
 }
 
-/* How many elements fit once there is room for one of this number. */
+/* Returns the capacity of an array that is grown to contain this index. */
 static inline uint64_t fsm_segmented_array_room(uint32_t number)
 {
     return (UINT64_C(2) << (fsm_chunk_of(number) + FSM_FIRST_CHUNK_BITS)) - (1u << FSM_FIRST_CHUNK_BITS);

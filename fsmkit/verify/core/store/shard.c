@@ -232,7 +232,7 @@ uint64_t fsm_shard_places(const fsm_shard *self)
                        : self->buckets * self->slots + self->overflow.capacity;
 }
 
-/* What a slot of the table holds. */
+/* The content of a slot of the table. */
 static uint32_t held_at(const fsm_shard *self, uint64_t place)
 {
     return fsm_bucket_slot(bucket_at(self, place / self->slots), self->slots, (unsigned)(place % self->slots));

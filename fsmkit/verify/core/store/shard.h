@@ -92,7 +92,7 @@ uint64_t fsm_shard_places(const fsm_shard *self);
 uint64_t fsm_shard_find(const fsm_shard *self, fsm_state state);
 bool fsm_shard_taken(const fsm_shard *self, uint64_t place);
 
-/* The first place from one on that is taken, or one after the last place. */
+/* Returns the first used position at or after the given one, or one after the last position. */
 uint64_t fsm_shard_next(const fsm_shard *self, uint64_t place);
 fsm_state fsm_shard_at(const fsm_shard *self, uint64_t place);
 

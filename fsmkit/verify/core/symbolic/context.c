@@ -94,7 +94,7 @@ static uint32_t window_with(fsm_contexts *self, const fsm_level *at, uint32_t wi
     return fsm_lists_number(&self->windows, next, 4);
 }
 
-/* What is carried of a value. */
+/* The context that a value carries. */
 static uint32_t carried_of(fsm_contexts *self, uint32_t level, uint32_t value)
 {
     const fsm_level *at = &self->symbolic->levels[level];

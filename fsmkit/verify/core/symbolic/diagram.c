@@ -124,7 +124,7 @@ static void evaluate_all(fsm_diagram *self)
         fsm_evaluated found = fsm_evaluate(symbolic, symbolic->root, p, false);
         self->marks[1 + p] = self->marks[1 + p] || found.found;
         self->unknown[1 + p] = !found.known && whole;
-        symbolic->mdd.failed = false; /* what was made before is there */
+        symbolic->mdd.failed = false; /* nodes created before are valid */
     }
 }
 
@@ -368,7 +368,7 @@ void fsm_diagram_find_paths(void *context)
     const fsm_diagram_options *o = self->options;
     fsm_symbolic *symbolic = &self->symbolic;
     fsm_path_context ways = {symbolic, o->pace, o->memory / 2, fsm_as_many(FEW_STATES), o->sleepless};
-    const fsm_outcome outcome = symbolic->outcome; /* what was found stays, even if no time is left for ways */
+    const fsm_outcome outcome = symbolic->outcome; /* results are kept, even if no time is left for paths */
     bool *requested = calloc(self->mark_count + 1u, sizeof *requested);
     if (requested == NULL)
         return;

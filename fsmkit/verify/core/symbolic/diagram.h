@@ -43,7 +43,7 @@ bool fsm_diagram_is_sound(const fsm_diagram *self); /* there is something to be 
 bool fsm_diagram_answers_all(const fsm_diagram *self); /* of temporal properties */
 void fsm_diagram_set_memory(fsm_diagram *self, size_t memory);
 
-/* Which marks are still to be shown a way to; how many. */
+/* The marks that still need a path, and their number. */
 uint32_t fsm_diagram_requested(const fsm_diagram *self, bool *requested);
 
 /* Takes paths from a search that has ended, which may be NULL, and looks for the others. To be
@@ -57,7 +57,7 @@ void fsm_diagram_find_paths(void *ways);
 
 void fsm_diagram_print(const fsm_diagram *self, double begin);
 
-/* All of it, without another search beside it. */
+/* The whole exploration, without another search in parallel. */
 int fsm_diagram_explore(const fsm_diagram_options *options);
 
 #endif

@@ -1,5 +1,5 @@
-/* evaluation.h: what properties say of a set of states: it is projected on the machines that a property looks at, and each
- * combination that is left is evaluated by the compiled condition. */
+/* evaluation.h: evaluates properties on a set of states. The set is projected on the machines that a property reads, and the
+ * compiled condition evaluates each remaining combination. */
 #ifndef FSM_EVALUATION_H
 #define FSM_EVALUATION_H
 
@@ -12,7 +12,7 @@ typedef struct {
     uint32_t marked;       /* the set of marked states, if requested */
 } fsm_evaluated;
 
-/* Which states of a set a property marks. `wants_set`: `marked` is made. */
+/* Computes the states of a set that a property marks. `wants_set`: also build `marked`. */
 fsm_evaluated fsm_evaluate(fsm_symbolic *self, uint32_t set, uint32_t property, bool wants_set);
 
 /* The deadlocks of a set: nothing can ever happen again, and some machine is not at rest. */

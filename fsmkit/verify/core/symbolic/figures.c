@@ -285,7 +285,7 @@ static void look_at_locals(const counting *all, fsm_figures *self, bool *marks)
 
 /* --- all ------------------------------------------------------------------------------------------------------ */
 
-/* What the initial steps ran is in the composition. */
+/* The composition contains the coverage of the initial steps. */
 static bool begin(const fsm_symbolic *symbolic, fsm_figures *self)
 {
     uint32_t count = symbolic->system->machine_count;

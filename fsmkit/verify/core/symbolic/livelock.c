@@ -23,7 +23,7 @@ typedef struct {
     uint32_t from, to;
 } edge;
 
-/* A function that an event is at a level: what comes to the machine there. */
+/* The function of an event at a level: the messages to the machine there. */
 typedef struct {
     uint32_t event;
     const fsm_touch *touch;
@@ -137,7 +137,7 @@ static bool find_steps(filter *self)
     return true;
 }
 
-/* Sorts what comes to machines by level: events are many, and each comes to few of them. */
+/* Sorts messages to machines by level: there are many events, each for few machines. */
 static bool find_arrivals(filter *self)
 {
     const fsm_symbolic *symbolic = self->symbolic;

@@ -31,7 +31,7 @@ void *fsm_mdd_allocate(fsm_mdd *self, void *old, size_t old_bytes, size_t bytes)
 {
     bool refused = self->fail_at > 0 && ++self->allocations >= self->fail_at;
     void *made = NULL;
-    size_t limit = self->failed ? self->limit + self->limit / RESERVE : self->limit; /* to keep what is half made */
+    size_t limit = self->failed ? self->limit + self->limit / RESERVE : self->limit; /* to keep incomplete nodes */
     if (!refused && (bytes <= old_bytes || fsm_mdd_bytes(self) + (bytes - old_bytes) <= limit))
         made = realloc(old, bytes);
     self->failed = self->failed || made == NULL;
@@ -621,7 +621,7 @@ static bool lives(const unsigned char *live, uint32_t node, bool is_node)
     return !is_node || node == 0 || live[node];
 }
 
-/* What is kept of a cache are entries of nodes that live. */
+/* A cache keeps the entries of live nodes. */
 static void sweep_cache(fsm_mdd_cache *cache, const unsigned char *live)
 {
     for (size_t i = 0; i < (size_t)1 << cache->bits; i++) {

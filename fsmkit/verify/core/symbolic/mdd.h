@@ -75,7 +75,7 @@ struct fsm_mdd {
     uint32_t collect_every; /* nodes that are made at least before garbage is collected again */
     uint32_t created_since, live_after, peak;
     uint64_t made, collections;
-    bool failed; /* memory ran out; what was made before is there */
+    bool failed; /* memory ran out; nodes created before are valid */
 };
 
 /* For levels 1 to `levels`. `cache_bits`: of the smallest caches; 0: as is best. False if memory ran out. */

@@ -52,7 +52,7 @@ static void add_edge(ordering *self, const wire *wires, uint32_t count)
     added->weight = added->count > 1 ? 1.0 / (added->count - 1) : 0;
 }
 
-/* What goes to several machines counts once. */
+/* A message to several machines counts once. */
 static bool find_edges(ordering *self)
 {
     const fsm_system *system = self->system;

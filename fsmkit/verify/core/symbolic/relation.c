@@ -37,7 +37,7 @@ static bool add_pair(fsm_relation *self, fsm_relation_part *part, uint32_t from,
     return true;
 }
 
-/* What is done to a clock; 0: time passes. */
+/* The effect on a clock; 0: time passes. */
 static bool add_clock_pairs(fsm_relation *self, fsm_relation_part *part, uint32_t change)
 {
     const fsm_level *at = &self->symbolic->levels[part->level];

@@ -54,7 +54,7 @@ uint32_t fsm_relation_step(fsm_relation *self, uint32_t set, uint32_t bound);
 /* The same by steps of some actions only, from one number to another, where actions are kept (fsm_model.fair). */
 uint32_t fsm_relation_step_by(fsm_relation *self, uint32_t first, uint32_t last, uint32_t set, uint32_t bound);
 
-/* What any number of steps leads to, the states of `set` among them, all within `bound`. */
+/* Returns the states reachable by any number of steps within `bound`, including those of `set`. */
 uint32_t fsm_relation_close(fsm_relation *self, uint32_t set, uint32_t bound);
 
 #endif

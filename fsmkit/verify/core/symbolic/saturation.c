@@ -29,7 +29,7 @@ static bool is_on(fsm_symbolic *self)
     return self->outcome == FSM_COMPLETE;
 }
 
-/* Adds what an event makes of the states in which some value leads to `child`; it goes on to `next`. */
+/* Adds the successors, by an event, of the states in which some value leads to `child`; continues at `next`. */
 static bool join_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t next, uint32_t child,
                       uint32_t change, fsm_mdd_buffer *buffer, bool *fired)
 {
@@ -69,7 +69,7 @@ static bool add_next(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t
     return join_next(self, event, at + touched + left, level, next, child, change, buffer, fired);
 }
 
-/* What a change makes of a slot. */
+/* The effect of a change on a slot. */
 static bool move_slot(fsm_symbolic *self, fsm_event *event, uint32_t at, uint32_t level, uint32_t value, uint32_t child,
                       uint32_t carried, fsm_mdd_buffer *buffer)
 {

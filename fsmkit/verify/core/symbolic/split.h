@@ -14,7 +14,7 @@ typedef struct {
     uint32_t count;        /* values */
 } fsm_shared;
 
-/* What a machine shares that is split off. */
+/* The part that is split off a machine. */
 typedef struct {
     uint32_t count;
     uint32_t *variables, *slots; /* numbers of variables, and among those that the machine shares */
@@ -32,8 +32,8 @@ typedef struct {
     fsm_hash_map wholes;    /* local state, by machine, base and combination */
 } fsm_split;
 
-/* Which variables are split off: `enabled` ones of few values, as long as no machine has too many combinations. False if memory
- * ran out. */
+/* Selects the variables to split off: `enabled` ones with few values, unless a machine has too many combinations. False if
+ * memory ran out. */
 bool fsm_split_init(fsm_split *self, fsm_composition *composition, bool enabled);
 void fsm_split_free(fsm_split *self);
 

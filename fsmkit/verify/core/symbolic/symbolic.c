@@ -230,7 +230,7 @@ static bool file_by_values(fsm_symbolic *self, const fsm_event *event)
     return true;
 }
 
-/* What messages to a machine do to its slots: the number of the change; FSM_NONE if memory ran out. */
+/* Returns the number of the change that messages cause in a machine's slots; FSM_NONE if memory ran out. */
 static uint32_t change_by(fsm_symbolic *self, uint32_t machine, const uint32_t *messages, uint32_t count)
 {
     uint32_t pushed[count + 1u];
@@ -263,7 +263,7 @@ static uint32_t target_of(const fsm_symbolic *self, uint32_t message)
     return ((const fsm_message *)fsm_store_at(&self->composition->messages, message))->target;
 }
 
-/* How many levels an event touches, at most. */
+/* The maximum of levels that an event touches. */
 static uint32_t count_touches(const fsm_symbolic *self, const fsm_event *event, uint32_t variable_count,
                               const uint32_t *messages, uint32_t count)
 {

@@ -38,7 +38,7 @@ static inline uint32_t fsm_forbids(fsm_class class)
     return UINT32_C(1) << (FSM_CLASSES + class);
 }
 
-/* What ran while the steps of a local state were found out. It counts where these can be taken. */
+/* The coverage of enumerating the steps of a local state. It counts where these steps can be taken. */
 typedef struct {
     uint32_t seen;       /* a list: 2 * state, 2 * transition + 1 */
     uint32_t marks;      /* a list of notes */
@@ -50,7 +50,7 @@ typedef struct {
     bool own_known, open_known;
 } fsm_executed_steps;
 
-/* What is known of local states beyond a composition; for all searches of it. */
+/* Knowledge of local states beyond a composition, shared by all its searches. */
 typedef struct {
     fsm_composition *composition;
     fsm_lists lists;
@@ -64,7 +64,7 @@ typedef struct {
 bool fsm_knowledge_init(fsm_knowledge *self, fsm_composition *composition);
 void fsm_knowledge_free(fsm_knowledge *self);
 
-/* Finds out the steps of a local state, its own ones or what may happen to it, and what runs in them. */
+/* Enumerates the steps of a local state, own or external ones, and their coverage. */
 bool fsm_knowledge_find(fsm_knowledge *self, uint32_t machine, uint32_t local, bool open);
 
 /* Makes a composition compute its facts by this: then what runs counts as covered. */
@@ -82,7 +82,7 @@ typedef struct {
     uint32_t level;
     bool is_function, is_slot;
     uint32_t change, left; /* number of the change; 0: no change */
-    uint32_t clock;        /* at a clock: what is done to it; else 0 */
+    uint32_t clock;        /* at a clock: the effect on it; else 0 */
     uint32_t *rows, room;     /* by value, plus one; 0: none */
     uint32_t *items;
     uint32_t item_count, item_room;
@@ -126,7 +126,7 @@ typedef struct {
     bool internal;
 } fsm_slot_step;
 
-/* How many events wait, as far as it matters. */
+/* The number of waiting events, up to the relevant maximum. */
 typedef struct {
     int32_t watched, answered, all;
 } fsm_waiting;
@@ -167,7 +167,7 @@ struct fsm_symbolic {
     fsm_outcome outcome;
     uint64_t fires;             /* events applied to nodes, but for those that a cache knew */
     uint64_t checked_at;
-    uint64_t max_created;         /* nodes after which it gives up; 0: none */
+    uint64_t max_created;         /* the limit of nodes; 0: no limit */
     bool ran_over;              /* it did */
     bool (*keep_on)(fsm_symbolic *); /* called now and then; sets `outcome` to stop; may be NULL */
     void *context;
@@ -193,7 +193,7 @@ bool fsm_on_stack(uint32_t levels, void (*what)(void *), void *context);
 bool fsm_symbolic_confirm(fsm_symbolic *self, uint32_t level, uint32_t value);
 uint32_t fsm_symbolic_terminal(fsm_symbolic *self, fsm_waiting waiting); /* 0 if memory ran out */
 
-/* Where a function leads; FSM_NONE if it failed. */
+/* Returns the result of a function; FSM_NONE if it failed. */
 uint32_t fsm_touch_apply(fsm_symbolic *self, fsm_touch *touch, uint32_t value, bool *full);
 
 static inline bool fsm_symbolic_is_split(const fsm_symbolic *self, uint32_t machine)

@@ -1,5 +1,5 @@
-/* composition.h: what is known of a system while it is explored: its local steps (local.c) and what global ones
- * (system_model.c) need. */
+/* composition.h: the explored system: its local steps (local.c), and the data for global steps
+ * (system_model.c). */
 #ifndef FSM_COMPOSITION_H
 #define FSM_COMPOSITION_H
 
@@ -72,7 +72,7 @@ struct fsm_composition {
     unsigned char *shown;          /* room for the largest configuration */
     size_t store_bytes;
     struct fsm_tree *tree;
-    /* Who finds out steps and keeps apart what runs in them (symbolic/knowledge.c), if somebody does. */
+    /* Enumerates steps and separates their coverage (symbolic/knowledge.c); may be NULL. */
     void *knowledge;
     bool (*know)(fsm_composition *self, uint32_t machine, uint32_t local, bool open);
 };
@@ -93,8 +93,8 @@ static inline const void *fsm_local(const fsm_composition *self, uint32_t machin
     return fsm_store_at(&self->locals[machine], number);
 }
 
-/* Fill in the steps of a local state, its own and what may happen to it. Only requested where these
- * steps can be taken: what they run counts as covered. */
+/* Fills in the steps of a local state, own and external ones. Only called where these steps can be
+ * taken, since the code that they run counts as covered. */
 bool fsm_know(fsm_composition *self, uint32_t machine, uint32_t local);
 bool fsm_know_open(fsm_composition *self, uint32_t machine, uint32_t local);
 

@@ -27,7 +27,7 @@ static void add_source(fsm_turn *turn, uint32_t machine, fsm_part part)
     turn->sources[turn->count++] = (fsm_source){machine, part};
 }
 
-/* Adds what a machine that may move can do; false if memory ran out. `*busy` if something is left to do. */
+/* Adds the steps of a machine that may move; false if memory ran out. Sets `*busy` if work remains. */
 static bool add_machine(fsm_composition *self, uint32_t thread, fsm_turn *turn, uint32_t machine, bool open, bool *busy)
 {
     const fsm_moves *own = moves_of(self, thread, turn, machine, FSM_OWN);

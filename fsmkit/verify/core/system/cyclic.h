@@ -13,7 +13,7 @@ typedef struct {
     fsm_part part;
 } fsm_source;
 
-/* All possible steps. */
+/* Enumerates all possible steps. */
 typedef struct {
     uint32_t locals[FSM_MOST_MACHINES];
     fsm_hold holds[FSM_MOST_MACHINES];
@@ -30,7 +30,7 @@ void fsm_turn_holds(const fsm_composition *self, const uint32_t *locals, fsm_hol
 /* Appends the steps; and whether the state is a deadlock. */
 bool fsm_turn_steps(fsm_composition *self, const fsm_turn *turn, fsm_steps *steps);
 
-/* What the step of this number was; that after the last is the passing of time. */
+/* Describes the step with this number; the one after the last is the passing of time. */
 bool fsm_turn_describe(fsm_composition *self, const fsm_turn *turn, uint32_t ordinal, fsm_description *what);
 
 #endif

@@ -45,7 +45,7 @@ static bool deliver(const starting *self, started *at, uint32_t message)
     return true;
 }
 
-/* All have started: the events that were sent reach the queues. */
+/* All machines have started: sent events reach the queues. */
 static bool finish(const starting *self, started *at)
 {
     for (size_t i = 0; i < self->sent.count; i++)
@@ -55,7 +55,7 @@ static bool finish(const starting *self, started *at)
     return self->visit(self->context, &found);
 }
 
-/* What a machine did when it started. Outputs reach inputs at once. */
+/* The effects of a machine's start. Outputs reach inputs immediately. */
 static bool take_over(starting *self, started *at, uint32_t machine, const fsm_local_step *step)
 {
     fsm_composition *c = self->composition;

@@ -25,8 +25,8 @@ static uint32_t larger(uint32_t a, uint32_t b)
     return a > b ? a : b;
 }
 
-/* It takes as long to look at memory as there are machines, so where there are many it is looked at as rarely: else all of it
- * would grow with the square of their number. */
+/* Measuring memory takes time proportional to the number of machines, so with many machines it is measured rarely. Otherwise
+ * the total would grow with the square of their number. */
 static bool is_within_memory(fsm_composition *self)
 {
     enum { FEW = 64, TIMES = 4 };

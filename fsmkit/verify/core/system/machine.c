@@ -184,7 +184,7 @@ static void show_value(const fsm_machine_info *info, const fsm_type *type, const
     }
 }
 
-/* ---- what the machine calls, and what leaves it ------------------------------------------------ */
+/* ---- operations and outgoing events ------------------------------------------------------------ */
 
 /* Values for a port, where they lie one by one. */
 static void note_values(uint32_t port, const fsm_field *fields, uint32_t count, const void *const *given)
@@ -567,7 +567,7 @@ static inline void clear(const fsm_span *spans, uint32_t count, void *m)
     }
 }
 
-/* What waits, and what histories recorded, is gone. */
+/* Waiting events and the records of histories are cleared. */
 static void clear_stopped(const fsm_machine *of, void *m)
 {
     const fsm_machine_info *info = of->info;
@@ -592,7 +592,7 @@ static bool is_dead(const fsm_machine *of, const void *m, const fsm_resettable *
     return true;
 }
 
-/* What few machines have: inputs that are no state, machines in slots, timers without deadlines, dead data. */
+/* Rare features: inputs outside the state, machines in slots, timers without deadlines, dead data. */
 static void settle_more(const fsm_machine *of, void *m, bool is_running)
 {
     const fsm_machine_info *info = of->info;

@@ -109,7 +109,7 @@ void fsm_pass_time(const fsm_machine *of, void *m, uint32_t ticks);
 /* The event of a number from 0, with its scalars in order. */
 void fsm_make_event(const fsm_machine *of, uint32_t number, const fsm_value *values, void *e);
 
-/* What comes from other machines: false if the queue is full. */
+/* Delivers an event from another machine; false if the queue is full. */
 bool fsm_post_to(const fsm_machine *of, void *m, uint32_t event, const fsm_value *values);
 void fsm_set_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value);
 void fsm_put_input(const fsm_machine *of, void *m, uint32_t input, fsm_value value); /* it is not noticed */
@@ -139,7 +139,7 @@ fsm_view fsm_look(const fsm_machine *of, const void *m);
 void fsm_configuration(const fsm_machine *of, const void *m, unsigned char *shown);
 void fsm_dump(const fsm_machine *of, const void *m); /* data, outputs and active leaves, as trace lines */
 
-/* What the machine calls, and what leaves it. */
+/* Operations of the machine, and its outgoing events. */
 void fsm_do_call(const fsm_machine *of, uint32_t number, const void *const *given, void *result);
 void fsm_do_send(const fsm_machine *of, uint32_t number, const void *const *given);
 void fsm_note_observed(const fsm_machine *of, uint32_t number, const void *event); /* one that a monitor watches */

@@ -1,6 +1,6 @@
-/* recorder.h: what a machine does during one local step, noted by the operations, ports and hooks
- * that the adapter defines, and the choices made for it. There is one recorder: a step is run, read
- * off, and forgotten before the next. */
+/* recorder.h: the effects of a machine's local step, recorded by the operations, ports and hooks of
+ * the adapter, and the choices made for it. There is one recorder: a step is run, read, and cleared
+ * before the next. */
 #ifndef FSM_RECORDER_H
 #define FSM_RECORDER_H
 
@@ -59,7 +59,7 @@ void fsm_recorder_forget(void);  /* the choices */
  * read, then all others in the order in which they were made. Returns how many; more than FSM_MOST_CHOICES: too many. */
 uint32_t fsm_recorder_choices(uint32_t free_count, uint32_t *choices);
 
-/* What the adapter and the hooks call. */
+/* Functions for the adapter and the hooks. */
 uint32_t fsm_choose(uint32_t n); /* a value below n, each in turn */
 uint32_t fsm_choose_for(uint32_t n, uint32_t free);
 void fsm_note_sent(uint32_t port, uint32_t count, const fsm_value *values);

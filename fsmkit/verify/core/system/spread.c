@@ -54,7 +54,7 @@ static uint64_t hash_part(const fsm_machine *m, uint32_t part, const unsigned ch
     return found;
 }
 
-/* Spans are in the order of their places; what lies between them belongs to no part. */
+/* Spans are in the order of their offsets; bytes between them belong to no part. */
 static uint64_t hash_whole(const fsm_machine *m, const unsigned char *state)
 {
     uint64_t found = 0;

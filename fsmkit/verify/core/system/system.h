@@ -44,7 +44,7 @@ typedef struct {
     uint32_t first, count; /* 0: no parts */
 } fsm_parts;
 
-/* How a node holds its machines. */
+/* The layout of a node's machines. */
 typedef enum { FSM_HOLD_NONE, FSM_HOLD_FROZEN, FSM_HOLD_STOPPED } fsm_hold;
 
 typedef struct {

@@ -78,7 +78,7 @@ static bool evaluate_steps(fsm_composition *self, fsm_steps *steps, size_t first
 
 /* --- initial states ------------------------------------------------------------------------------ */
 
-/* Where initial states go; `wanted` is the ordinal of one to describe, or FSM_NONE. */
+/* The receiver of initial states; `wanted` is the ordinal of one to describe, or FSM_NONE. */
 typedef struct {
     fsm_composition *composition;
     fsm_steps *steps;
@@ -179,7 +179,7 @@ static bool part_moves(fsm_tree *tree, uint32_t thread, fsm_state state, fsm_par
     return found->left != NULL && found->right != NULL;
 }
 
-/* What both halves show, and which steps can be taken. */
+/* The observations of both halves, and the enabled steps. */
 static fsm_summary look(const fsm_tree *tree, fsm_state state)
 {
     fsm_summary left = fsm_node_at(tree->root_left, fsm_left(state))->summary;
@@ -285,7 +285,7 @@ static bool finish(void *context, fsm_state state, fsm_steps *steps)
     return c->system->observed_count == 0 || evaluate_steps(c, steps, 0);
 }
 
-/* What a step of a state that has so many was. */
+/* Describes a step of a state with very many steps. */
 static bool describe(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what)
 {
     fsm_tree *tree = self->tree;
@@ -487,7 +487,7 @@ static bool find_wires(fsm_composition *self)
         }
         for (uint32_t i = 0; i < system->machine_count; i++)
             first[i + 1] += first[i];
-        for (uint32_t i = counts[kind]; i-- > 0;) { /* from the last on, so that each place is counted down to */
+        for (uint32_t i = counts[kind]; i-- > 0;) { /* backwards, so that each position is reached by counting down */
             uint32_t owner = kind == 0 ? system->event_links[i].source : kind == 1 ? system->input_links[i].source : system->possible[i].machine;
             self->of_machine[start + --first[owner + 1]] = i;
         }

@@ -33,18 +33,18 @@ const unsigned char *fsm_states_seen(const fsm_composition *self, uint32_t machi
 const unsigned char *fsm_transitions_seen(const fsm_composition *self, uint32_t machine);
 uint32_t fsm_local_count(const fsm_composition *self, uint32_t machine);
 
-/* How all machines started, in that order. */
+/* The starts of all machines, in that order. */
 typedef struct {
     fsm_description what[FSM_MOST_MACHINES];
     uint32_t choices[FSM_MOST_MACHINES][FSM_MOST_CHOICES];
 } fsm_described_start;
 
-/* What the initial step of an ordinal was; or a step of a state. False if there is no such step. */
+/* Describes the initial step with an ordinal, or a step of a state. False if the step does not exist. */
 bool fsm_describe_start(fsm_composition *self, uint32_t ordinal, fsm_described_start *described, fsm_state *to);
 bool fsm_describe_step(fsm_composition *self, fsm_state state, uint32_t ordinal, fsm_description *what,
                        fsm_state *to);
 
-/* What is fair by a step (fsm_model.fair); FSM_NONE: nothing. */
+/* Returns the fairness condition that a step meets (fsm_model.fair), or FSM_NONE. */
 uint32_t fsm_owed_action(const fsm_composition *self, fsm_kind kind, fsm_description what);
 
 size_t fsm_composition_bytes(const fsm_composition *self);

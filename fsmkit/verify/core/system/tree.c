@@ -513,7 +513,7 @@ static uint32_t footprint_of(fsm_tree *self, const fsm_node *node, uint32_t stat
     return fsm_sleep_sets_number(&self->sleep, &found);
 }
 
-/* A step of a machine: what it sends to itself arrives at once. */
+/* A step of a machine, which receives its own events immediately. */
 static bool machine_move(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, const fsm_local_step *step,
                          fsm_move *move)
 {

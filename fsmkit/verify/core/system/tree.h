@@ -67,7 +67,7 @@ struct fsm_node {
     fsm_pairs *pairs;   /* of a group */
     fsm_hash_map delivered; /* (state, list of messages) -> (state, list of marks) */
     fsm_hash_map aspects;   /* of a group: pairs of its children's */
-    fsm_store seen;     /* of a machine: what properties see of it */
+    fsm_store seen;     /* of a machine: its part that properties read */
     uint32_t aspect_count;
     fsm_segmented_array states;
 };
@@ -137,7 +137,7 @@ static inline uint64_t fsm_node_deliver(fsm_tree *self, fsm_node *node, uint32_t
 /* The state after a unit of time; FSM_NONE if it failed. */
 uint32_t fsm_node_elapse(fsm_tree *self, fsm_node *node, uint32_t state);
 
-/* Which local step the given one of a node in a state is: its machine, and its number. */
+/* Returns the local step for a node's step in a state: its machine, and its number. */
 fsm_description fsm_node_describe(fsm_tree *self, fsm_node *node, uint32_t state, fsm_part part, uint32_t number);
 
 /* Joins two lists of marks, or adds a mark to one. FSM_NONE if memory ran out. */

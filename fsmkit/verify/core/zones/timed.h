@@ -17,7 +17,7 @@
 #include "search/search.h"
 #include "zones/zones.h"
 
-/* How a pair was found first. An initial one has no `from`. */
+/* The first step to a pair. An initial pair has no `from`. */
 typedef struct {
     uint32_t from; /* FSM_NONE: initial */
     uint32_t step; /* ordinal among the steps of `from`, or among the initial ones */
@@ -139,7 +139,7 @@ bool fsm_timed_may_wait(fsm_timed *self, const uint32_t *tuple, bool *waits);
  * to fire. The watch is compared up to its limit. */
 bool fsm_timed_limits(fsm_timed *self, const uint32_t *tuple, fsm_limits *limits, bool *choice);
 
-/* How many timers of a machine are armed in a discrete part. */
+/* Returns the number of a machine's armed timers in a discrete part. */
 uint32_t fsm_timed_armed(const fsm_timed *self, const uint32_t *tuple, uint32_t machine);
 
 /* A step that is looked for by its number, and where it leads. */

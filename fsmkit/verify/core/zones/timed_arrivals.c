@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An arrival in `bytes`: what the step does besides, the discrete part, the zone. */
+/* An arrival in `bytes`: the further effects of the step, the discrete part, the zone. */
 typedef struct {
     uint64_t ended;
     uint32_t action, size;

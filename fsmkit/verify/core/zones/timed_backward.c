@@ -11,7 +11,7 @@ enum {
     CHECK_EVERY = 256, CHECK_SPLITS = 1 << 16    /* between two calls of `keep_on` */
 };
 
-/* How the points of a step are passed on from the zone after it to the zone before it. */
+/* Propagates the points of a step from the zone after it to the zone before it. */
 typedef enum {
     PASS_AT_ONCE, /* the state is entered without any time */
     PASS_LATER,   /* the state is stable: time may pass after the step */
@@ -123,7 +123,7 @@ static bool add_piece(backward *self, uint32_t node, const fsm_bound *zone, uint
     return add_bounds(self, zone, (size_t)size * size);
 }
 
-/* Whether the pieces of a list hold a zone: what a piece leaves of it must be held by those after it. */
+/* Returns whether the pieces of a list cover a zone: the rest after each piece must be covered by later ones. */
 static bool is_in_union(backward *self, const fsm_bound *zone, uint32_t size, uint32_t first)
 {
     size_t cells = (size_t)size * size;

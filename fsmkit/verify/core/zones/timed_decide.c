@@ -36,7 +36,7 @@ static void print_path(const char *name, const fsm_path *path)
     printf("]");
 }
 
-/* What is tried, one after the other, while properties are undecided. */
+/* The methods to try in order while properties are undecided. */
 typedef struct {
     fsm_timed_cover cover;
     uint64_t most; /* states after which the exploration ends; 0: none */

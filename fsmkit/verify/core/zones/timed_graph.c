@@ -244,7 +244,7 @@ static uint32_t shown(const fsm_timed *self, uint32_t pair)
     return fsm_flat_configuration(self->composition, fsm_timed_tuple(self, pair));
 }
 
-/* Whether following an arc is a way out, given the pairs that get away. */
+/* Returns whether an arc leads out, given the pairs that escape. */
 static bool leads_out(const fsm_timed *self, arc a, const unsigned char *away)
 {
     return away[a.to] || shown(self, a.from) != shown(self, a.to);

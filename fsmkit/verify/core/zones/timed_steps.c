@@ -93,7 +93,7 @@ static bool deliver(move *self, uint32_t message)
     return true;
 }
 
-/* What all machines together show of a discrete part. */
+/* The observation of all machines in a discrete part. */
 typedef struct {
     bool answering; /* a machine of the environment has an event waiting */
     bool watching;  /* a monitor has */

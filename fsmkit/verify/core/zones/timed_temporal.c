@@ -133,7 +133,7 @@ static bool all_get_there(fsm_timed_model *model, fsm_search *search, uint32_t m
 
 /* --- a run as the zones perform it -------------------------------------------------------------------------- */
 
-/* The ordinal of the step of a number where zones have come to; FSM_NONE: no such step. */
+/* Returns the ordinal of a step with a number in the current zones; FSM_NONE: no such step. */
 static uint32_t perform(fsm_timed *timed, fsm_timed_sought *at, uint32_t number)
 {
     uint32_t tuple[FSM_MOST_MACHINES + 1];

@@ -50,7 +50,7 @@ enum {
     FSM_NEVER = -2            /* the upper limit of its clock */
 };
 
-/* All clocks 0. */
+/* Sets all clocks to 0. */
 void fsm_zone_zero(fsm_bound *zone, uint32_t size);
 
 /* Tightens all bounds by one another (Floyd, Warshall); false if the zone is empty. */
@@ -65,17 +65,17 @@ void fsm_zone_down(fsm_bound *zone, uint32_t size);
 /* Only where x_i - x_j is below a bound; false if nothing is left. */
 bool fsm_zone_cut(fsm_bound *zone, uint32_t size, uint32_t i, uint32_t j, fsm_bound bound);
 
-/* Only what lies in another zone, too; false if nothing is left. */
+/* Intersects with another zone; false if the result is empty. */
 bool fsm_zone_intersect(fsm_bound *zone, const fsm_bound *other, uint32_t size);
 
-/* Only what lies below `upper[i]`, a bound for each clock (that of clock 0 is not read). */
+/* Restricts each clock i to the upper bound `upper[i]` (that of clock 0 is not read). */
 bool fsm_zone_below(fsm_bound *zone, uint32_t size, const fsm_bound *upper);
 
 /* Only where a clock is at least `c`. */
 bool fsm_zone_above(fsm_bound *zone, uint32_t size, uint32_t clock, int32_t c);
 
-/* Clock i of the new zone is clock `source[i]` of the old one; `source[i]` 0 makes a clock that is 0.
- * So clocks are reset, reordered, forgotten and made all at once. */
+/* Clock i of the new zone is clock `source[i]` of the old one; `source[i]` 0 creates a clock that is 0.
+ * One call thus resets, reorders, removes and creates clocks. */
 void fsm_zone_map(fsm_bound *to, uint32_t to_size, const fsm_bound *from, uint32_t from_size,
                   const uint32_t *source);
 

@@ -28,7 +28,7 @@ static dds_return_t publish(fsm_link_dds *dds, const fsm_link_dds_wire *wire, co
     return code;
 }
 
-/* Publish what waits, as far as DDS takes it; whether all of it is gone. */
+/* Publish waiting events until DDS accepts no more; return whether none is left. */
 static bool flush(fsm_link_dds *dds, fsm_link_dds_end *end)
 {
     while (end->got != end->put) {

@@ -69,7 +69,7 @@ typedef struct {
                             const fsm_ros_numbers *numbers);
 } fsm_link_dds_wire;
 
-/* What a node exchanges with a foreign one. */
+/* The messages between a node and an external one. */
 typedef struct {
     uint8_t peer; /* the foreign node, by its place in the deployment */
     uint32_t domain;
@@ -164,16 +164,15 @@ void fsm_link_dds_show(fsm_link_dds *dds, unsigned machine, const char *text);
 
 uint32_t fsm_link_dds_count(const fsm_link_dds *dds, fsm_link_dds_counter what);
 
-/* How many events wait until subscribers have read others. A loop that sends less while there are some
- * loses none. Makes no call of DDS. */
+/* Return the number of events that wait until subscribers have read others. A loop that sends less while
+ * events wait loses none. Makes no call of DDS. */
 uint32_t fsm_link_dds_waiting(const fsm_link_dds *dds);
 
-/* How many of the topics that are published have no subscriber now: events on them are lost. Calls
- * DDS. */
+/* Return the number of published topics without a subscriber: events on them are lost. Calls DDS. */
 unsigned fsm_link_dds_unheard(const fsm_link_dds *dds);
 
-/* How many of the topics that are subscribed to have no publisher now, as far as this node knows. A
- * publisher may know of this node before; an event that it publishes in between is lost. Calls DDS. */
+/* Return the number of subscribed topics without a publisher that this node knows. A publisher may discover
+ * this node earlier; an event that it publishes in between is lost. Calls DDS. */
 unsigned fsm_link_dds_unserved(const fsm_link_dds *dds);
 
 /* Leave the domain; after the fan is closed. Calls DDS. */

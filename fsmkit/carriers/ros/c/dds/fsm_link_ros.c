@@ -100,7 +100,7 @@ static void *run_receiver(void *argument)
 
 /* ---- who listens ------------------------------------------------------------------------------ */
 
-/* What a node says of itself while it is discovered: hash of its map, and session. */
+/* The discovery data of a node: the hash of its map, and its session. */
 static void tag_of(const fsm_link *link, uint32_t session, uint8_t *tag)
 {
     fsm_link_put_bytes(tag, link->map->hash, 4u);

@@ -391,7 +391,7 @@ const char *fsm_posix_reason_name(fsm_posix_reason reason)
 
 static void print_wish(FILE *to, const char *what, bool asked, int error)
 {
-    fprintf(to, "%s: %s%s\n", what, !asked ? "not asked for" : error == 0 ? "granted" : "refused: ",
+    fprintf(to, "%s: %s%s\n", what, !asked ? "not requested" : error == 0 ? "granted" : "denied: ",
             asked && error != 0 ? strerror(error) : "");
 }
 

@@ -86,7 +86,7 @@ typedef struct {
     uint64_t origin_ns;
     bool is_locked;
     fsm_shared stop;
-    int wake[2]; /* a pipe: what is read, what is written */
+    int wake[2]; /* a pipe: the reading end, the writing end */
 } fsm_posix;
 
 /* Initialize a host; return 0, or the errno of creating its pipe. */
