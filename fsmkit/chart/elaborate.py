@@ -10,8 +10,8 @@ from fsmkit.chart.checks import run_checks
 from fsmkit.chart.copies.copy import NO_CONSTANTS, Copy, Used
 from fsmkit.chart.copies.declarations import joined_capacities
 from fsmkit.chart.copies.expand import expand, has_copies
+from fsmkit.chart.copies.reports import check_copies
 from fsmkit.chart.copies.splicing import check_binding, splicer_of
-from fsmkit.chart.copies.telling import check_copies
 from fsmkit.chart.ecmascript.bound_arrays import bound_arrays
 from fsmkit.chart.ecmascript.hoist_increments import hoist_increments
 from fsmkit.chart.ecmascript.inline_functions import inline_functions

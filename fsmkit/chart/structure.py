@@ -103,15 +103,15 @@ def forgotten_histories(chart: Chart) -> tuple[tuple[int, ...], ...]:
     kept: set[int] = set()
     for transition in chart.transitions:
         if transition.trigger is not Trigger.INITIAL:
-            asked = _asked(chart, transition.targets)
-            kept |= {history for history in asked if _is_from_within(chart, transition, history)}
+            read = _histories_among(chart, transition.targets)
+            kept |= {history for history in read if _is_from_within(chart, transition, history)}
     return tuple(
         tuple(c for c in state.children if chart.states[c].is_history and c not in kept)
         for state in chart.states
     )
 
 
-def _asked(chart: Chart, targets: Iterable[int]) -> set[int]:
+def _histories_among(chart: Chart, targets: Iterable[int]) -> set[int]:
     """Return the histories among targets, and those that their defaults lead to."""
     found: set[int] = set()
     waiting = list(targets)

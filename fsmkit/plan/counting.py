@@ -11,7 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Outcomes, Ways, shape_of, ways_of
+from fsmkit.chart.analysis.decisions import (
+    MOST_CONDITIONS,
+    DecisionPaths,
+    Outcomes,
+    decision_paths,
+    shape_of,
+)
 from fsmkit.chart.chart import Chart
 from fsmkit.language import Binary, BinaryOp, CoveredCondition, CoveredGuard, Expr, Unary, UnaryOp
 from fsmkit.plan.fingerprint import MEMO, fingerprint
@@ -26,7 +32,7 @@ class Guard:
 
     counter: int
     """The byte of its first path; without paths, that of its false values, then its true values."""
-    ways: Ways
+    ways: DecisionPaths
     """Its paths; for a guard without paths, `outcomes` names the bits instead."""
 
     @property
@@ -69,18 +75,18 @@ def area_of(chart: Chart) -> Area:
     return Area(transitions, guards, counter)
 
 
-def _paths_of(guard: Expr) -> Ways:
+def _paths_of(guard: Expr) -> DecisionPaths:
     shape, conditions = shape_of(guard.operand if isinstance(guard, CoveredGuard) else guard)
     count = len(conditions)
     if count <= MOST_CONDITIONS:
-        return ways_of(shape, count)
+        return decision_paths(shape, count)
     nothing: Outcomes = (None,) * count
     outcomes = (
         (*nothing[:place], value, *nothing[place + 1 :])
         for place in range(count)
         for value in (False, True)
     )
-    return Ways((), tuple(outcomes))
+    return DecisionPaths((), tuple(outcomes))
 
 
 def counted(chart: Chart) -> Chart:

@@ -80,7 +80,7 @@ AT_MOST = {
     "docs/reference": 49,
     "fsmkit": 0,
     "fsmkit/carriers": 25,
-    "fsmkit/chart": 76,
+    "fsmkit/chart": 16,
     "fsmkit/cli": 26,
     "fsmkit/codegen": 10,
     "fsmkit/diagnostics": 0,

@@ -7,7 +7,7 @@ from itertools import product
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Node, Outcomes, Shape, ways_of
+from fsmkit.chart.analysis.decisions import MOST_CONDITIONS, Node, Outcomes, Shape, decision_paths
 from fsmkit.testing.coverage.decisions import (
     covered_conditions,
     decided,
@@ -108,7 +108,7 @@ def test_of_many_conditions_each_counts_alone() -> None:
 def test_ways_are_all_outcomes_and_their_numbers_are_sums(shape: Shape) -> None:
     """What generated code adds up leads to the values that the conditions had."""
     count = len(list(numbers(shape)))
-    ways = ways_of(shape, count)
+    ways = decision_paths(shape, count)
     every = {outcomes_of(shape, values) for values in product((True, False), repeat=count)}
     assert set(ways.outcomes) == every
     assert len(ways.outcomes) == len(every)

@@ -35,7 +35,7 @@ class Accesses:
             self.written | later.written,
         )
 
-    def of(self, names: Names) -> Accesses:
+    def restricted_to(self, names: Names) -> Accesses:
         """Return the accesses to the variables in `names` only."""
         return Accesses(self.reads & names, self.certain & names, self.written & names)
 
@@ -116,7 +116,11 @@ class _Scan:
 
     def _evaluate(self, node: object) -> None:
         self.reads |= variables(node) - self.written
-        self.is_sure = self.is_sure and not can_fail(node) and not any(map(self._asks, nodes(node)))
+        self.is_sure = (
+            self.is_sure
+            and not can_fail(node)
+            and not any(map(self._has_unknown_value, nodes(node)))
+        )
 
     def _write(self, place: Location) -> None:
         self.touched.add(root(place).name)
@@ -125,7 +129,7 @@ class _Scan:
             if self.is_sure:
                 self.certain.add(place.name)
 
-    def _asks(self, part: object) -> bool:
+    def _has_unknown_value(self, part: object) -> bool:
         """Whether it depends on the host, or on a current event, that the part has a value."""
         is_unknown = isinstance(part, EventField) and part.name not in self.fields
         return is_unknown or isinstance(part, Call | EventName)

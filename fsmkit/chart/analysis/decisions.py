@@ -49,7 +49,7 @@ def shape_of(guard: Expr) -> tuple[Shape, tuple[Expr, ...]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Ways:
+class DecisionPaths:
     """The paths that an evaluation can take through a decision."""
 
     missed: tuple[int, ...]
@@ -60,7 +60,7 @@ class Ways:
     """The value of the decision, by path number."""
 
 
-def ways_of(shape: Shape, count: int) -> Ways:
+def decision_paths(shape: Shape, count: int) -> DecisionPaths:
     """Return the paths through a decision of ``count`` conditions, at most `MOST_CONDITIONS`."""
     missed = [0] * count
     end: tuple[Outcomes, ...] = ((None,) * count,)
@@ -68,7 +68,7 @@ def ways_of(shape: Shape, count: int) -> Ways:
     def through(
         part: Shape, true: tuple[Outcomes, ...], false: tuple[Outcomes, ...]
     ) -> tuple[Outcomes, ...]:
-        """Return the ways from a part on, where those after it are these by its value."""
+        """Return the paths from a part on; those after it are `true` or `false`, by its value."""
         if isinstance(part, int):
             missed[part] = len(true)
             return (*_with(true, part, value=True), *_with(false, part, value=False))
@@ -79,11 +79,11 @@ def ways_of(shape: Shape, count: int) -> Ways:
         return through(left, after, false) if part.op == "and" else through(left, true, after)
 
     outcomes = through(shape, end, end)
-    return Ways(tuple(missed), outcomes, tuple(_value(shape, way) for way in outcomes))
+    return DecisionPaths(tuple(missed), outcomes, tuple(_value(shape, path) for path in outcomes))
 
 
 def _value(part: Shape, outcomes: Outcomes) -> bool:
-    """Return what a decision gives where its conditions have these values."""
+    """Return the value of a decision whose conditions have the values `outcomes`."""
     if isinstance(part, int):
         return bool(outcomes[part])
     values = (_value(operand, outcomes) for operand in part.operands)
@@ -92,5 +92,5 @@ def _value(part: Shape, outcomes: Outcomes) -> bool:
     return all(values) if part.op == "and" else any(values)
 
 
-def _with(ways: tuple[Outcomes, ...], place: int, *, value: bool) -> tuple[Outcomes, ...]:
-    return tuple((*way[:place], value, *way[place + 1 :]) for way in ways)
+def _with(paths: tuple[Outcomes, ...], place: int, *, value: bool) -> tuple[Outcomes, ...]:
+    return tuple((*path[:place], value, *path[place + 1 :]) for path in paths)

@@ -293,17 +293,19 @@ class Effects:
 
     reads: frozenset[str] = frozenset()
     writes: frozenset[str] = frozenset()
-    told: bool = False
+    is_visible: bool = False
 
     def __or__(self, other: Effects) -> Effects:
         return Effects(
-            self.reads | other.reads, self.writes | other.writes, self.told or other.told
+            self.reads | other.reads,
+            self.writes | other.writes,
+            self.is_visible or other.is_visible,
         )
 
     def commutes(self, other: Effects) -> bool:
         """Whether nobody can notice which of the two comes first."""
         return not (
-            (self.told and other.told)
+            (self.is_visible and other.is_visible)
             or self.writes & (other.reads | other.writes)
             or other.writes & self.reads
         )
@@ -330,7 +332,7 @@ def of_guard(transition: Transition) -> Effects:
 def of_entry(chart: Chart, state: State) -> Effects:
     """Return the effects of entering a state, with the `done.state` event of its parent."""
     own = of_blocks(state.on_entry)
-    return own if done_event(chart, state) is None else own | Effects(told=True)
+    return own if done_event(chart, state) is None else own | Effects(is_visible=True)
 
 
 def done_event(chart: Chart, state: State) -> int | None:
@@ -341,10 +343,10 @@ def done_event(chart: Chart, state: State) -> int | None:
 
 
 def _of_statement(statement: stmt.Statement) -> Effects:
-    told = isinstance(statement, stmt.Raise | stmt.Send | stmt.Log | stmt.CallOperation)
+    is_visible = isinstance(statement, stmt.Raise | stmt.Send | stmt.Log | stmt.CallOperation)
     writes = frozenset(root(place).name for place in written(statement))
-    return _of_values(values(statement)) | Effects(writes=writes, told=told)
+    return _of_values(values(statement)) | Effects(writes=writes, is_visible=is_visible)
 
 
 def _of_values(expressions: tuple[lang.Expr | None, ...]) -> Effects:
-    return Effects(variables(expressions), told=bool(_facts(expressions) & (CALLS | COUNTS)))
+    return Effects(variables(expressions), is_visible=bool(_facts(expressions) & (CALLS | COUNTS)))

@@ -29,7 +29,7 @@ from fsmkit.document.document import Direction, Kind, Trigger
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
+class _TransitionAccesses:
     """The accesses of one transition; ``entered``: atomic states with the variables written."""
 
     sources: tuple[tuple[int, Names], ...]
@@ -50,29 +50,29 @@ def live_variables(
     """
     tree = _Tree(chart, names)
     live = {leaf: set(reads) for leaf, reads in tree.reads_while_active().items()}
-    ways = [tree.way(transition) for transition in tree.taken]
-    for way in ways:
-        for leaf, _ in way.sources:
-            live[leaf] |= way.reads
+    steps = [tree.accesses_of(transition) for transition in tree.taken]
+    for step in steps:
+        for leaf, _ in step.sources:
+            live[leaf] |= step.reads
     for leaf, written in tree.written_in_place(observed):
         live[leaf] |= written
-    _propagate(live, ways)
+    _propagate(live, steps)
     return {
         name: frozenset(leaf for leaf, found in live.items() if name in found) for name in names
     }
 
 
-def _propagate(live: dict[int, set[str]], ways: list[_Way]) -> None:
+def _propagate(live: dict[int, set[str]], steps: list[_TransitionAccesses]) -> None:
     """Propagate live variables backwards from targets to sources, up to a fixed point."""
     changed = True
     while changed:
         changed = False
-        for way in ways:
+        for step in steps:
             ahead: set[str] = set()
-            for leaf, written in way.entered:
+            for leaf, written in step.entered:
                 ahead |= live[leaf] - written
-            ahead -= way.written
-            for leaf, written in way.sources:
+            ahead -= step.written
+            for leaf, written in step.sources:
                 more = ahead - written - live[leaf]
                 if more:
                     live[leaf] |= more
@@ -96,7 +96,7 @@ class _Tree:
         found = Accesses()
         for block in blocks:
             found = found.then(accesses(block))
-        return found.of(self.names)
+        return found.restricted_to(self.names)
 
     def _content(self, transition: Transition) -> Accesses:
         """Return what content does; fields that all its events have can be read without fail."""
@@ -104,7 +104,7 @@ class _Tree:
         if transition.trigger is Trigger.EVENT and transition.events:
             each = [{f.name for f in self.chart.events[e].fields} for e in transition.events]
             fields = frozenset(set.intersection(*each))
-        return accesses(transition.content, fields).of(self.names)
+        return accesses(transition.content, fields).restricted_to(self.names)
 
     def below(self, state: int) -> list[int]:
         """Return the atomic states at or below a state."""
@@ -130,7 +130,7 @@ class _Tree:
                 found[leaf] |= reads
         return found
 
-    def way(self, transition: Transition) -> _Way:
+    def accesses_of(self, transition: Transition) -> _TransitionAccesses:
         """Return the accesses of a transition."""
         content = self.contents[transition.index]
         entered = self.entered(transition)
@@ -138,7 +138,7 @@ class _Tree:
         for state in entered:
             ahead |= self._entering(self.chart.states[state]).reads
         domain = self._domain(transition)
-        return _Way(
+        return _TransitionAccesses(
             tuple((s, self._certain(self.exits, s, domain)) for s in self.below(transition.source)),
             (variables(transition.guard) & self.names) | content.reads | (ahead - content.certain),
             content.certain,
@@ -149,10 +149,10 @@ class _Tree:
             ),
         )
 
-    def _certain(self, of: list[Accesses], leaf: int, domain: int | None) -> Names:
+    def _certain(self, by_state: list[Accesses], leaf: int, domain: int | None) -> Names:
         found: Names = NONE
         for state in self._path(leaf, domain):
-            found |= of[state].certain
+            found |= by_state[state].certain
         return found
 
     def _entering(self, state: State) -> Accesses:
@@ -171,7 +171,7 @@ class _Tree:
         return domain_of(self.chart, transition)
 
     def entered(self, transition: Transition) -> frozenset[int]:
-        """Return the states that a transition can enter, and the histories on the way."""
+        """Return the states that a transition can enter, and the histories on the step."""
         wanted = frozenset(transition.targets)
         domain = self._domain(transition)
         while True:
@@ -193,7 +193,7 @@ class _Tree:
         """Yield atomic states, and what macrosteps from there and back to there can write."""
         raised = self._raised() if observed else frozenset()
         follow = {t.index for t in self.taken if self._follows(t, raised)}
-        late = {t.index for t in self.taken if self._begins(t)}
+        late = {t.index for t in self.taken if self._starts_macrostep(t)}
         for number in sorted(observed | late) if observed else ():
             transition = self.chart.transitions[number]
             sources = self.below(transition.source)
@@ -201,7 +201,7 @@ class _Tree:
             if not transition.targets or not reached.isdisjoint(sources):
                 yield from ((leaf, written) for leaf in sources)
 
-    def _begins(self, transition: Transition) -> bool:
+    def _starts_macrostep(self, transition: Transition) -> bool:
         """Whether a macrostep can start with an eventless transition: none ends in a choice."""
         is_choice = self.chart.states[transition.source].kind is Kind.CHOICE
         return transition.trigger is Trigger.EVENTLESS and not is_choice

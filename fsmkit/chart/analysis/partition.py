@@ -224,7 +224,7 @@ class _At:
             return self.places[name]
         return Place(self.machine, "variable", name, chart=self.number)
 
-    def of(self, variable: lang.Expr) -> Place:
+    def place_of(self, variable: lang.Expr) -> Place:
         """Return the place of a variable, local ones included."""
         assert isinstance(variable, lang.Variable)  # noqa: S101
         if variable.storage is not lang.Storage.LOCAL:
@@ -350,7 +350,7 @@ class _Flows:
                 for part in subexpressions(location):
                     if isinstance(part, lang.Element):
                         self._evaluate(part.index, at, "it is an index")
-                self._copy(value, at.of(root(location)), at)
+                self._copy(value, at.place_of(root(location)), at)
             case stmt.Raise(event, arguments) | stmt.Send(event, arguments):
                 leaves = (
                     isinstance(statement, stmt.Send)
@@ -374,14 +374,14 @@ class _Flows:
                     self._block(branch.body, at)
             case stmt.ForEach(array, item, index, body):
                 if isinstance(array, lang.Numbers):
-                    self.known[at.of(item)] |= set(array.numbers[:ENUMERATED])
+                    self.known[at.place_of(item)] |= set(array.numbers[:ENUMERATED])
                 else:
-                    self._copy(array, at.of(item), at)
+                    self._copy(array, at.place_of(item), at)
                 if index is not None:
-                    self.known[at.of(index)].add(0)
+                    self.known[at.place_of(index)].add(0)
                 self._block(body, at)
             case stmt.Local(place, value) if value is not None:
-                self._copy(value, at.of(place), at)
+                self._copy(value, at.place_of(place), at)
             case stmt.Local():
                 pass
             case stmt.Return(value):
@@ -416,7 +416,7 @@ class _Flows:
         """Give the parameters of a function their values."""
         inside = replace(at, function=call.function.name, events=())
         for parameter, value in zip(call.function.parameters, call.arguments, strict=True):
-            self._copy(value, inside.of(parameter), at)
+            self._copy(value, inside.place_of(parameter), at)
 
     def _copy(self, value: lang.Expr, target: Place, at: _At) -> None:
         """Store the value of an expression at a place."""
@@ -502,7 +502,7 @@ class _Flows:
         """Return the places whose value an expression has that is a copy; read all else in it."""
         match expr:
             case lang.Variable():
-                return [at.of(expr)]
+                return [at.place_of(expr)]
             case lang.CallFunction():
                 self._parameters(expr, at)
                 return [at.returned(expr.function.name)]

@@ -13,33 +13,39 @@ Range = tuple[int, int]
 
 
 def range_of(expr: lang.Expr) -> Range | None:
-    """Return what the value of an expression lies between; None if it is no whole number."""
+    """Return the bounds of an expression's value, or None if it is not a whole number."""
     own = integer_bounds(expr.type)
     found = raw_range(expr)
     return own if own is None or found is None or not within(found, own) else found
 
 
-def raw_range(expr: lang.Expr, of: Callable[[lang.Expr], Range | None] = range_of) -> Range | None:
-    """Return what an expression lies between before it is reduced to its type; None: unknown.
+def raw_range(
+    expr: lang.Expr, range_of_part: Callable[[lang.Expr], Range | None] = range_of
+) -> Range | None:
+    """Return the bounds of an expression before the reduction to its type, or None if unknown.
 
-    ``of`` says it of its parts.
+    ``range_of_part`` returns the range of an operand.
     """
     match expr:
         case lang.Literal(value) if isinstance(value, int):
             return int(value), int(value)
-        case lang.Unary(lang.UnaryOp.NEGATE, operand) if (found := of(operand)) is not None:
+        case lang.Unary(lang.UnaryOp.NEGATE, operand) if (
+            found := range_of_part(operand)
+        ) is not None:
             return -found[1], -found[0]
-        case lang.Unary(lang.UnaryOp.INVERT, operand) if (found := of(operand)) is not None:
+        case lang.Unary(lang.UnaryOp.INVERT, operand) if (
+            found := range_of_part(operand)
+        ) is not None:
             return -found[1] - 1, -found[0] - 1
         case lang.Binary(op, left, right) if op in ARITHMETIC:
-            one, other = of(left), of(right)
+            one, other = range_of_part(left), range_of_part(right)
             return None if one is None or other is None else _of_operator(op, one, other)
         case lang.Conditional(_, then, otherwise):
-            return _joined([of(then), of(otherwise)])
+            return _joined([range_of_part(then), range_of_part(otherwise)])
         case lang.Apply(function, arguments):
-            return _of_function(function, [of(argument) for argument in arguments])
+            return _of_function(function, [range_of_part(argument) for argument in arguments])
         case lang.Convert(operand) if (outer := integer_bounds(expr.type)) is not None:
-            inner = of(operand)
+            inner = range_of_part(operand)
             if inner is None or within(inner, outer):
                 return inner or outer
             if isinstance(expr.type, lang.IntType) and expr.type.overflow is lang.Overflow.WRAP:

@@ -75,14 +75,14 @@ class _Search:
         """Return a cycle that starts with `first` and whose guards can all hold at once, if any."""
         if self.steps > MOST_STEPS or not self._is_steady(first):
             return None
-        for facts in self._ways.get(first.index, ()):
+        for facts in self._conditions.get(first.index, ()):
             found = self._onward((first,), facts)
             if found is not None:
                 return found
         return None
 
     @cached_property
-    def _ways(self) -> dict[int, list[tuple[Fact, ...]]]:
+    def _conditions(self) -> dict[int, list[tuple[Fact, ...]]]:
         """The required condition of each transition, by the transitions before it."""
         found: dict[int, list[tuple[Fact, ...]]] = {}
         places = dict.fromkeys(map(self._place, self.all.values()))

@@ -29,7 +29,7 @@ def check(chart: Chart, findings: Findings) -> None:
     if chart.abstract:
         return
     unread = {data.name: data for data in (*chart.data, *chart.inputs) if data.origin is Origin.OWN}
-    for name in (*_asked(chart), *variables(tuple(distinct(conditions(chart))))):
+    for name in (*_words_in_properties(chart), *variables(tuple(distinct(conditions(chart))))):
         unread.pop(name, None)
     assigned: set[str] = set()
     for statement in distinct(all_statements(chart)):
@@ -54,7 +54,7 @@ def check(chart: Chart, findings: Findings) -> None:
         )
 
 
-def _asked(chart: Chart) -> set[str]:
+def _words_in_properties(chart: Chart) -> set[str]:
     """Return the words in the chart's properties, which include the names of variables."""
     texts = (
         text.value

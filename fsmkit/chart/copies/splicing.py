@@ -63,13 +63,13 @@ class Spliced:
 
     # --- states and transitions -----------------------------------------------------------
 
-    def state(self, made: State, copy: int, inner: int) -> State:
+    def state(self, outline: State, copy: int, inner: int) -> State:
         """Return a state of a copy; ``outline`` has the parts that follow from its position."""
         mapper = self.mappers[copy]
         state = self.copies[copy].used.chart.states[inner]
-        is_exit = made.kind is Kind.CHOICE and state.kind is Kind.FINAL
+        is_exit = outline.kind is Kind.CHOICE and state.kind is Kind.FINAL
         return replace(
-            made,
+            outline,
             on_entry=tuple(mapper.block(block) for block in state.on_entry),
             on_exit=tuple(mapper.block(block) for block in state.on_exit),
             defer=tuple(sorted({mapper.events[e] for e in state.defer if e in mapper.events})),
@@ -79,7 +79,7 @@ class Spliced:
             **{name: getattr(state, name) for name in KEPT},
         )
 
-    def transition(self, made: Transition, copy: int, inner: int) -> Transition:
+    def transition(self, outline: Transition, copy: int, inner: int) -> Transition:
         """Return a transition of a copy; ``outline`` has its number, source and targets."""
         mapper, chart = self.mappers[copy], self.copies[copy].used.chart
         transition = chart.transitions[inner]
@@ -87,13 +87,13 @@ class Spliced:
         at = tuple(sorted(events))
         return replace(
             transition,
-            index=made.index,
-            source=made.source,
-            targets=made.targets,
+            index=outline.index,
+            source=outline.source,
+            targets=outline.targets,
             events=at,
             descriptors=tuple(self._descriptor(copy, d) for d in transition.descriptors),
             guard=None if transition.guard is None else mapper.expr(transition.guard, at),
-            content=(*made.content, *mapper.block(transition.content, at)),
+            content=(*outline.content, *mapper.block(transition.content, at)),
             delay_name=None
             if transition.delay_name is None
             else mapper.name(transition.delay_name),

@@ -46,16 +46,16 @@ def _place(x: float, y: float) -> tuple[float, float]:
     return round(x, 1), round(y, 1)
 
 
-def _widths(made: Any) -> Iterator[tuple[tuple[float, float], float]]:
+def _widths(drawing: Any) -> Iterator[tuple[tuple[float, float], float]]:
     """Yield the places and widths of all texts, in the whole of a drawing."""
-    match made:
+    match drawing:
         case {"op": "T", "pt": [x, y], "width": width}:
             yield _place(x, y), width
         case dict():
-            for part in made.values():
+            for part in drawing.values():
                 yield from _widths(part)
         case list():
-            for part in made:
+            for part in drawing:
                 yield from _widths(part)
         case _:
             pass

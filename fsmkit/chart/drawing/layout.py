@@ -174,19 +174,19 @@ def _centred(x: float, y: float, width: float, height: float) -> Box:
     return Box(x - width / 2, y - height / 2, x + width / 2, y + height / 2)
 
 
-def _title(each: Mapping[str, Any]) -> Box | None:
-    if "lp" not in each:
+def _title(entry: Mapping[str, Any]) -> Box | None:
+    if "lp" not in entry:
         return None
-    x, y = _numbers(each["lp"])
-    return _centred(x, y, float(each["lwidth"]) * INCH, float(each["lheight"]) * INCH)
+    x, y = _numbers(entry["lp"])
+    return _centred(x, y, float(entry["lwidth"]) * INCH, float(entry["lheight"]) * INCH)
 
 
-def _labels_of(owner: tuple[str, str], key: str, each: Mapping[str, Any]) -> Iterator[Label]:
+def _labels_of(owner: tuple[str, str], key: str, entry: Mapping[str, Any]) -> Iterator[Label]:
     """Yield the label of a node or an arrow whose place has that key, if it has one."""
-    texts = [*_text_boxes(each.get("_ldraw_", ()))]
-    if key not in each or not texts or not owner[1]:
+    texts = [*_text_boxes(entry.get("_ldraw_", ()))]
+    if key not in entry or not texts or not owner[1]:
         return
-    x, y = _numbers(each[key])
+    x, y = _numbers(entry[key])
     box = Box(
         min(t.left for t in texts), min(t.bottom for t in texts),
         max(t.right for t in texts), max(t.top for t in texts),
@@ -253,13 +253,15 @@ def _equalize(layout: Layout) -> _Edits:
     return edits
 
 
-def _has_room(region: Cluster, wanted: Box, layout: Layout) -> bool:
+def _has_room(region: Cluster, grown_box: Box, layout: Layout) -> bool:
     """Whether a region can be so high: nothing else is there, and no arrow ends at that border."""
     old = region.box
     grown = (
-        replace(wanted, bottom=old.top) if wanted.top > old.top else replace(wanted, top=old.bottom)
+        replace(grown_box, bottom=old.top)
+        if grown_box.top > old.top
+        else replace(grown_box, top=old.bottom)
     )
-    border = old.top if wanted.top > old.top else old.bottom
+    border = old.top if grown_box.top > old.top else old.bottom
     if any(old.left <= x <= old.right and abs(y - border) < TOUCH for x, y in layout.ends):
         return False
     if any(grown.meets(box) for n, box in layout.nodes.items() if n not in region.nodes):

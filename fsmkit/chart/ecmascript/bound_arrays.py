@@ -15,7 +15,14 @@ import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from fsmkit.chart.ecmascript.rewrite import Unsuited, names, nodes, parsed, respelt, spelt
+from fsmkit.chart.ecmascript.rewrite import (
+    Unsuited,
+    names,
+    nodes,
+    parsed,
+    rewrite_node,
+    rewrite_text,
+)
 from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocData, Document
 from fsmkit.document.invocation_context import InvocationContext
@@ -59,7 +66,7 @@ def bound_arrays(survey: Survey, given: InvocationContext | None, findings: Find
             continue
         if array.grows:
             document = changed
-            _tell(array, findings)
+            _report_growth(array, findings)
     return survey.update(document)
 
 
@@ -78,7 +85,7 @@ def _without_type(document: Document, data: DocData) -> Document:
     return found
 
 
-def _tell(array: _Array, findings: Findings) -> None:
+def _report_growth(array: _Array, findings: Findings) -> None:
     if array.data.type is None or array.is_open:
         findings.add(
             "growing-array",
@@ -114,7 +121,7 @@ class _Array:
     grows: bool = False
     example: Text | None = None
     """An element that is known at compile time, to fill unused places."""
-    made: list[DocData] = field(default_factory=list)
+    added: list[DocData] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -147,7 +154,7 @@ class _Array:
 
         start = self._variable(self.length, str(len(self.items)))
         kept: Document = map_parts(changed, with_filled)
-        return replace(kept, data=(*kept.data, start, *self.made))
+        return replace(kept, data=(*kept.data, start, *self.added))
 
     def _filled(self) -> DocData:
         """Return the declaration, its places all filled."""
@@ -337,15 +344,15 @@ class _Array:
 
     def _iteration(self, loop: stmt.ForEach[Text, Text, stmt.WrittenStatement]) -> stmt.Block:
         """Return a loop over the elements that the array has at its start (SCXML 4.6)."""
-        number = len(self.made)
+        number = len(self.added)
         each, at, count = (
             self._text(self._fresh(f"{word}_{self.name}_{number}"))
             for word in ("each", "at", "count")
         )
-        self.made.append(self._variable(count.value, "0"))
+        self.added.append(self._variable(count.value, "0"))
         known = {part.name.value for part in structure(self.document) if isinstance(part, DocData)}
         given = [(loop.item, each), *([] if loop.index is None else [(loop.index, at)])]
-        self.made += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
+        self.added += [DocData(n, None, None) for n, _ in given if n.value.strip() not in known]
         body = (
             *(stmt.Assign(name, value, loop.span) for name, value in given),
             *map_parts(loop.body, self._changed),
@@ -367,7 +374,7 @@ class _Array:
     def _read(self, text: Text) -> Text:
         """Return an expression in which the length is that of the elements there are."""
 
-        def spelt_anew(node: syntax.Node) -> str | None:
+        def bounded(node: syntax.Node) -> str | None:
             match node:
                 case syntax.NameNode(name=name) if name == self.name:
                     raise Unsuited
@@ -378,7 +385,7 @@ class _Array:
                 case syntax.ElementNode(base=syntax.NameNode(name=name), index=index) if (
                     name == self.name
                 ):
-                    at = spelt(index, text.value, spelt_anew)
+                    at = rewrite_node(index, text.value, bounded)
                     return f"{name}[({at}) < {self.length} ? ({at}) : -1]"
                 case (
                     syntax.BinaryNode(op="instanceof", left=syntax.NameNode())
@@ -388,4 +395,4 @@ class _Array:
                 case _:
                     return None
 
-        return respelt(text, self.name, spelt_anew)
+        return rewrite_text(text, self.name, bounded)

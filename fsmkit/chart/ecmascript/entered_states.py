@@ -33,9 +33,9 @@ class EnteredStates:
         self.at_start = self._entered([document.root])
         """The states that may be entered without a current event."""
 
-    def descriptors(self, wanted: Iterable[DocState]) -> dict[int, tuple[str, ...]]:
+    def descriptors(self, candidates: Iterable[DocState]) -> dict[int, tuple[str, ...]]:
         """Return, by identity of a state, the descriptors of the events that can enter it."""
-        found: dict[int, list[str]] = {id(state): [] for state in wanted}
+        found: dict[int, list[str]] = {id(state): [] for state in candidates}
         if found:
             for events, targets in self._transitions.items():
                 for state in self._entered(targets) & found.keys():

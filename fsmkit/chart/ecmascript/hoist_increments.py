@@ -158,7 +158,7 @@ def _state(state: DocState, exits: list[Text], typed: set[str]) -> DocState:
         return state
     taken = eventless[first : last + 1]
 
-    def stepped(transition: DocTransition) -> DocTransition:
+    def with_step(transition: DocTransition) -> DocTransition:
         if not any(transition is other for other in taken):
             return transition
         content = (step.statement(transition.span), *(transition.content or ()))
@@ -167,4 +167,4 @@ def _state(state: DocState, exits: list[Text], typed: set[str]) -> DocState:
             guard = step.replaced(f"({step.name} {step.operator} 1)")
         return replace(transition, guard=guard, content=content)
 
-    return replace(state, transitions=tuple(stepped(t) for t in state.transitions))
+    return replace(state, transitions=tuple(with_step(t) for t in state.transitions))

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed, spelt
+from fsmkit.chart.ecmascript.rewrite import mentions, nodes, parsed, rewrite_node
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocData, DocFunction, Document
 from fsmkit.document.walk import map_parts, parts
@@ -62,7 +62,7 @@ class _Inliner:
                 node = parsed(part)
                 if node is None or not any(name in part.value for name in self.functions):
                     return part
-                value = spelt(node, part.value, lambda node: self._call(node, part))
+                value = rewrite_node(node, part.value, lambda node: self._call(node, part))
                 return part if value == part.value else part.with_value(value)
             case _:
                 return None
@@ -80,7 +80,7 @@ class _Inliner:
                 isinstance(part, CallNode) and not self._called(part) for part in nodes(argument)
             ):
                 return None  # it may be called more than once, or never
-            written = spelt(argument, text.value, lambda n: self._call(n, text))
+            written = rewrite_node(argument, text.value, lambda n: self._call(n, text))
             held[parameter.name.value] = f"({written})"
         value = _expression(function.body, held)
         return None if value is None or len(value) > LONGEST else f"({value})"
@@ -177,7 +177,9 @@ def _replaced(text: Text, held: Mapping[str, str]) -> str | None:
     node = parsed(text)
     if node is None or any(mentions(word, text.value) for word in UNKNOWN):
         return None
-    return spelt(node, text.value, lambda n: held.get(n.name) if isinstance(n, NameNode) else None)
+    return rewrite_node(
+        node, text.value, lambda n: held.get(n.name) if isinstance(n, NameNode) else None
+    )
 
 
 def _is_closed(block: stmt.Block) -> bool:

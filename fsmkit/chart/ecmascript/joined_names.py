@@ -35,7 +35,7 @@ WHOLE = re.compile(r"0|[1-9]\d{0,14}")
 HOLE = "\0"
 """Placeholder for the name of the current event where only the text around it matters."""
 
-Way = tuple[dict[str, str], str]
+ConditionalString = tuple[dict[str, str], str]
 """By tested subject, its condition; and the resulting string if these conditions hold."""
 
 
@@ -58,7 +58,7 @@ class JoinedNames:
     known: KnownStrings
     numbers: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     """The whole numbers that variables can hold, where they are few."""
-    heard: frozenset[str] = frozenset()
+    descriptors: frozenset[str] = frozenset()
     """Descriptors of the chart without their wildcard suffixes."""
     out: frozenset[str] = frozenset()
     forwards: bool = False
@@ -81,7 +81,7 @@ class JoinedNames:
         if join is None or id(expression) in self.endless:
             return None
         at_hand = sorted(name for name in self.names if matches(join.at, name))
-        made = self._ways(join.node, expression, at_hand)
+        made = self._strings(join.node, expression, at_hand)
         if made is None:
             return None
         kept = [(held, value) for held, value in made if self._is_kept(held, value, send)]
@@ -95,7 +95,7 @@ class JoinedNames:
         join = self.joins[id(expression)]
         if not join.may_lack_event:
             return False
-        made = self._ways(join.node, expression, [HOLE]) or ()
+        made = self._strings(join.node, expression, [HOLE]) or ()
         return any(AT_HAND in held for held, _ in made)
 
     def _is_kept(self, held: dict[str, str], value: str, send: DocSend) -> bool:
@@ -104,9 +104,9 @@ class JoinedNames:
 
     def _exists(self, held: dict[str, str], value: str) -> bool:
         """Whether a raised event belongs to the chart: its name is written or matched there."""
-        return AT_HAND not in held or matches(self.heard, value)
+        return AT_HAND not in held or matches(self.descriptors, value)
 
-    # --- a fixpoint: what is joined is at hand later -------------------------------------------
+    # --- a fixpoint: a joined name is a current event later ---------------------------------------
 
     def learn(self, base: Iterable[str]) -> None:
         """Find all names; joins that add more of them than allowed become `endless`."""
@@ -129,7 +129,7 @@ class JoinedNames:
                 if not _may_stay(join.send):
                     continue
                 at_hand = sorted(name for name in fresh if matches(join.at, name))
-                made = self._ways(join.node, join.expression, at_hand) or ()
+                made = self._strings(join.node, join.expression, at_hand) or ()
                 if any(len(value) > MOST_LENGTH for _, value in made):
                     return {id(join.expression)}
                 found = {value for held, value in made if self._exists(held, value)}
@@ -146,7 +146,7 @@ class JoinedNames:
         """Yield the names that known names are joined from, if the host may post them."""
         if not self.may_derive:
             return
-        for held, value in self._ways(join.node, join.expression, [HOLE]) or ():
+        for held, value in self._strings(join.node, join.expression, [HOLE]) or ():
             if AT_HAND not in held or value.count(HOLE) != 1:
                 continue
             before, after = value.split(HOLE)
@@ -157,15 +157,19 @@ class JoinedNames:
                     if found not in self.names and _is_posted(found) and matches(join.at, found):
                         yield found
 
-    def _ways(self, node: syntax.Node, text: Text, names: Collection[str]) -> list[Way] | None:
+    def _strings(
+        self, node: syntax.Node, text: Text, names: Collection[str]
+    ) -> list[ConditionalString] | None:
         """Return each possible string of an expression, or None if they are not known."""
         match node:
             case syntax.StringNode(value=value):
                 return [({}, value)]
             case syntax.NameNode(name=name) if name in self.known.constants:
                 return [({}, self.known.constants[name])]
-            case syntax.NameNode(name=name) if name not in self.known.unset and self.known.of(name):
-                values = sorted(self.known.of(name) or ())
+            case syntax.NameNode(name=name) if (
+                name not in self.known.unset and self.known.strings_of(name)
+            ):
+                values = sorted(self.known.strings_of(name) or ())
                 return [_equal(name, value, text) for value in values]
             case syntax.NameNode(name=name) if name in self.numbers:
                 return [({name: f"{name} == {n}"}, str(n)) for n in self.numbers[name]]
@@ -176,7 +180,7 @@ class JoinedNames:
             case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
                 return self._either(test, then, otherwise, text, names)
             case syntax.BinaryNode(op="+", left=left, right=right) if not self._is_sum(node):
-                first, second = (self._ways(each, text, names) for each in (left, right))
+                first, second = (self._strings(each, text, names) for each in (left, right))
                 if first is None or second is None or len(first) * len(second) > MOST_PAIRS:
                     return None
                 return [
@@ -206,17 +210,17 @@ class JoinedNames:
         otherwise: syntax.Node,
         text: Text,
         names: Collection[str],
-    ) -> list[Way] | None:
+    ) -> list[ConditionalString] | None:
         asked = f"({text.value[test.start : test.end]})"
         if _read(asked) is None:
             return None
-        first, second = (self._ways(each, text, names) for each in (then, otherwise))
+        first, second = (self._strings(each, text, names) for each in (then, otherwise))
         if first is None or second is None:
             return None
         return [
             ({asked: condition} | held, value)
-            for ways, condition in ((first, asked), (second, f"!{asked}"))
-            for held, value in ways
+            for strings, condition in ((first, asked), (second, f"!{asked}"))
+            for held, value in strings
             if held.get(asked, condition) == condition
         ]
 
@@ -231,15 +235,15 @@ def find_joined_names(
     sends = (part for part in whole if isinstance(part, DocSend))
     if not any(send.event is None and send.event_expr is not None for send in sends):
         return JoinedNames(known)
-    heard = frozenset(_descriptors(whole))
+    descriptors = frozenset(_descriptors(whole))
     found = JoinedNames(
         known,
         _numbers(document, whole, given),
-        heard,
+        descriptors,
         frozenset(e.name.value for e in document.events if e.direction is doc.Direction.OUT),
         any(isinstance(part, doc.DocInvoke) and part.autoforward for part in whole),
         given is None and not document.events,
-        joins={id(join.expression): join for join in _joins(document, whole, heard)},
+        joins={id(join.expression): join for join in _joins(document, whole, descriptors)},
     )
     found.learn(names_of_events(whole, given, known))
     return found
@@ -298,23 +302,23 @@ def matches(prefixes: Collection[str], name: str) -> bool:
 
 
 def _joins(
-    document: doc.Document, whole: tuple[object, ...], heard: frozenset[str]
+    document: doc.Document, whole: tuple[object, ...], descriptors: frozenset[str]
 ) -> Iterator[Join]:
     """Yield each join, with the possible current events at its location."""
     entered = EnteredStates(document)
     states = [part for part in whole if isinstance(part, doc.DocState)]
-    entering = [state for state in states if list(_joined_in(state.entry, heard))]
+    entering = [state for state in states if list(_joined_in(state.entry, descriptors))]
     leading = entered.descriptors(entering)
     yield from _joined_in(document.script, frozenset(), may_lack_event=True)
     for state in states:
         is_early = id(state) in entered.at_start
         at = frozenset(map(prefix, leading.get(id(state), ())))
         yield from _joined_in(state.entry, at, may_lack_event=is_early)
-        yield from _joined_in(state.exit, heard, may_lack_event=is_early)
-        yield from _joined_in(state.initial, heard, may_lack_event=is_early)
+        yield from _joined_in(state.exit, descriptors, may_lack_event=is_early)
+        yield from _joined_in(state.initial, descriptors, may_lack_event=is_early)
         for transition in state.transitions:
             is_event = transition.trigger is doc.Trigger.EVENT
-            at = frozenset(prefix(e.value) for e in transition.events) if is_event else heard
+            at = frozenset(prefix(e.value) for e in transition.events) if is_event else descriptors
             yield from _joined_in(transition.content, at, may_lack_event=is_early and not is_event)
         for invoke in state.invokes:
             yield from _joined_in(invoke.finalize, frozenset("*"))
@@ -376,7 +380,7 @@ def _is_posted(name: str) -> bool:
     return all(name.split(".")) and not name.startswith(("error.", "done."))
 
 
-def _equal(subject: str, value: str, at: Text) -> Way:
+def _equal(subject: str, value: str, at: Text) -> ConditionalString:
     return {subject: f"{subject} == {string(value, at).value}"}, value
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
 from fsmkit.chart.ecmascript.known_values import find_values
-from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, spelt
+from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, rewrite_node
 from fsmkit.chart.ecmascript.string_values import FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import DocTransition, Document
@@ -47,7 +47,9 @@ def decide_joins(survey: Survey, given: InvocationContext | None) -> Survey:
         node = parsed(part)
         if node is None:
             return part
-        value = spelt(node, part.value, lambda each: _decided(each, sets, grows=id(part) in grows))
+        value = rewrite_node(
+            node, part.value, lambda each: _decided(each, sets, grows=id(part) in grows)
+        )
         return part if value == part.value else part.with_value(value)
 
     found: Document = map_parts(document, change)

@@ -45,7 +45,8 @@ class Choice:
 class KnownStrings:
     """The strings that the variables of a document can hold, None for any other variable."""
 
-    here: str
+    location: str
+    """The location of this session, which is the origin of its events."""
     constants: Mapping[str, str]
     values: dict[str, set[Made] | None] = field(default_factory=dict)
     unset: set[str] = field(default_factory=set)
@@ -55,7 +56,7 @@ class KnownStrings:
     is_alone: bool = True
     """Whether this session is the origin of every event that has one."""
 
-    def of(self, name: str) -> set[str] | None:
+    def strings_of(self, name: str) -> set[str] | None:
         """Return the possible strings of a variable, or None if it may hold another value."""
         made = self.values.get(name)
         return None if made is None else {value for value, _ in made}
@@ -77,7 +78,9 @@ class KnownStrings:
         asked = [n for n, v in zip(names, known, strict=True) if len(v) > 1 or n in self.unset]
         for values in product(*known):
             held = dict(zip(names, values, strict=True))
-            made = self._made(node, {name: {(value, frozenset())} for name, value in held.items()})
+            made = self._strings(
+                node, {name: {(value, frozenset())} for name, value in held.items()}
+            )
             tests = [f"{name} == {string(held[name], text).value}" for name in asked]
             found += [Choice(" && ".join(tests) or None, value) for value, _ in made or ()]
         if len(found) > MOST_VALUES:
@@ -107,9 +110,11 @@ class KnownStrings:
             case syntax.BinaryNode(op="+", left=left, right=right):
                 return self._is_joined(left) and self._is_joined(right)
             case _:
-                return isinstance(node, syntax.NameNode | syntax.StringNode) or self._is_here(node)
+                return isinstance(node, syntax.NameNode | syntax.StringNode) or self._is_location(
+                    node
+                )
 
-    def _is_here(self, node: syntax.Node) -> bool:
+    def _is_location(self, node: syntax.Node) -> bool:
         match node:
             case syntax.MemberNode(
                 base=syntax.ElementNode(
@@ -138,7 +143,7 @@ class KnownStrings:
         held = self.values[name]
         if node is None or held is None:
             return False
-        made = self._made(node, self.values)
+        made = self._strings(node, self.values)
         if made is not None and mark in self.once:
             made = {(value, marks | {mark}) for value, marks in made if mark not in marks}
         if made is not None and made <= held:
@@ -146,7 +151,7 @@ class KnownStrings:
         self.values[name] = None if made is None or len(held | made) > MOST_VALUES else held | made
         return True
 
-    def _made(self, node: syntax.Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
+    def _strings(self, node: syntax.Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
         """Return the possible strings of an expression if the variables hold ``held``."""
         match node:
             case syntax.StringNode(value=value):
@@ -156,28 +161,28 @@ class KnownStrings:
             case syntax.NameNode(name=name):
                 return held.get(name)
             case syntax.BinaryNode(op="+", left=left, right=right):
-                first, second = self._made(left, held), self._made(right, held)
+                first, second = self._strings(left, held), self._strings(right, held)
                 if first is None or second is None or len(first) * len(second) > MOST_PAIRS:
                     return None
                 made = {(a + b, x | y) for a, x in first for b, y in second}
                 too_long = any(len(value) > MOST_LENGTH for value, _ in made)
                 return None if too_long or len(made) > MOST_VALUES else made
             case syntax.ConditionalNode(then=then, otherwise=otherwise):
-                first, second = self._made(then, held), self._made(otherwise, held)
+                first, second = self._strings(then, held), self._strings(otherwise, held)
                 return None if first is None or second is None else first | second
-            case syntax.CallNode() | syntax.ElementNode() if not self._is_here(node):
+            case syntax.CallNode() | syntax.ElementNode() if not self._is_location(node):
                 return self._applied(node, held)
             case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="origin") if (
                 self.is_alone
             ):
-                return {(self.here, frozenset())}
-            case _ if self._is_here(node):
-                return {(self.here, frozenset())}
+                return {(self.location, frozenset())}
+            case _ if self._is_location(node):
+                return {(self.location, frozenset())}
             case _:
                 return None
 
     def _applied(self, node: syntax.Node, held: Mapping[str, set[Made] | None]) -> set[Made] | None:
-        """Return what methods make of strings (see `string_values`)."""
+        """Return the possible results of methods of strings (see `string_values`)."""
         names = sorted(names_in(node) - set(FUNCTIONS))
         sets = [held.get(name) for name in names]
         count = 1
@@ -187,7 +192,7 @@ class KnownStrings:
             count *= len(values)
         if not names or count > MOST_PAIRS:
             return None
-        made: set[Made] = set()
+        results: set[Made] = set()
         for chosen in product(*(values or () for values in sets)):
             given = {name: value for name, (value, _) in zip(names, chosen, strict=True)}
             try:
@@ -196,8 +201,8 @@ class KnownStrings:
                 return None
             if not isinstance(result, str):
                 return None
-            made.add((result, frozenset().union(*(marks for _, marks in chosen))))
-        return made if len(made) <= MOST_VALUES else None
+            results.add((result, frozenset().union(*(marks for _, marks in chosen))))
+        return results if len(results) <= MOST_VALUES else None
 
 
 def find_strings(

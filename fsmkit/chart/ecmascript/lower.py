@@ -77,8 +77,8 @@ class _Lowering:
     strings: KnownStrings = field(default_factory=lambda: KnownStrings("", {}))
     joined: JoinedNames = field(default_factory=lambda: JoinedNames(KnownStrings("", {})))
     flagged: tuple[str, ...] = ()
-    asks_for_ids: bool = False
-    spelt: frozenset[str] = frozenset()
+    reads_ids: bool = False
+    sent_numbers: frozenset[str] = frozenset()
     """Data that start as a number and are only ever used as strings."""
 
     def run(self, survey: Survey) -> Document:
@@ -98,8 +98,8 @@ class _Lowering:
             for name in match.groups()
             if name is not None
         }
-        self.asks_for_ids = any("_event.sendid" in value for value in survey.values)
-        data = [self._spelt(written) for written in document.data]
+        self.reads_ids = any("_event.sendid" in value for value in survey.values)
+        data = [self._with_string_start(written) for written in document.data]
         self.flagged = tuple(name for name in declared if name in asked)
         given = () if self.given is None else [name for name, _ in self.given.data]
         for flagged in self.flagged:
@@ -121,10 +121,10 @@ class _Lowering:
             posted=tuple(at.with_value(name) for name, at in sorted(self.joined.derived.items())),
         )
 
-    def _spelt(self, data: DocData) -> DocData:
+    def _with_string_start(self, data: DocData) -> DocData:
         if data.init is not None and data.init.value.strip() in NOTHING:
             return replace(data, init=None)
-        if data.name.value not in self.spelt or data.init is None:
+        if data.name.value not in self.sent_numbers or data.init is None:
             return data
         return replace(data, init=string(data.init.value.strip(), data.init))
 
@@ -139,8 +139,10 @@ class _Lowering:
         if not numbers:
             return {}
         known = find_strings(self.document, whole, self.given, numbers)
-        self.spelt = frozenset(name for name in numbers if len(known.of(name) or ()) > 1)
-        return {name: numbers[name] for name in self.spelt}
+        self.sent_numbers = frozenset(
+            name for name in numbers if len(known.strings_of(name) or ()) > 1
+        )
+        return {name: numbers[name] for name in self.sent_numbers}
 
     # --- the tree -------------------------------------------------------------------------
 
@@ -151,13 +153,13 @@ class _Lowering:
         done_data = apart(done_data)
         return _changed(
             state,
-            children=_each(self._state, state.children),
+            children=_map_parts(self._state, state.children),
             initial=None if state.initial is None else self._transition(state.initial),
-            transitions=_each(self._transition, state.transitions),
-            entry=_each(self._block, state.entry),
-            exit=_each(self._block, state.exit),
-            data=_each(self._spelt, state.data),
-            invokes=_each(self._invoke, state.invokes),
+            transitions=_map_parts(self._transition, state.transitions),
+            entry=_map_parts(self._block, state.entry),
+            exit=_map_parts(self._block, state.exit),
+            data=_map_parts(self._with_string_start, state.data),
+            invokes=_map_parts(self._invoke, state.invokes),
             done_data=done_data,
             done_content=done_content,
         )
@@ -297,7 +299,7 @@ class _Lowering:
 
     def _with_id(self, send: stmt.DocSend) -> stmt.DocSend:
         """Return a send whose id goes with the event, if the chart reads ids (SCXML 5.10.1)."""
-        if not self.asks_for_ids or send.id is None or send.event is None:
+        if not self.reads_ids or send.id is None or send.event is None:
             return send
         if send.event.value in self._declared() or send.event.value.startswith("done."):
             return send
@@ -329,7 +331,7 @@ class _Lowering:
         return (stmt.If(tuple(branches), span),) if branches else ()
 
 
-def _each(change: Callable[[Part], Part], parts: tuple[Part, ...]) -> tuple[Part, ...]:
+def _map_parts(change: Callable[[Part], Part], parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """Return the results of ``change`` for each part; the same tuple if no part changes."""
     made = tuple(map(change, parts))
     return parts if all(map(operator.is_, made, parts)) else made

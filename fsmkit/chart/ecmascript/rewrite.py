@@ -24,7 +24,7 @@ def parsed(text: Text) -> Node | None:
         return None
 
 
-def respelt(text: Text, name: str, change: Change) -> Text:
+def rewrite_text(text: Text, name: str, change: Change) -> Text:
     """Return an expression with its changes; `Unsuited` if it has the name but cannot be read."""
     if name not in text.value:
         return text
@@ -33,18 +33,18 @@ def respelt(text: Text, name: str, change: Change) -> Text:
         if mentions(name, text.value):
             raise Unsuited
         return text
-    value = spelt(node, text.value, change)
+    value = rewrite_node(node, text.value, change)
     return text if value == text.value else text.with_value(value)
 
 
-def spelt(node: Node, text: str, change: Change) -> str:
+def rewrite_node(node: Node, text: str, change: Change) -> str:
     """Return the source of a node in which ``change`` replaced nodes."""
     changed = change(node)
     if changed is not None:
         return changed
     found, end = "", node.start
     for child in sorted(children(node), key=lambda child: child.start):
-        found += text[end : child.start] + spelt(child, text, change)
+        found += text[end : child.start] + rewrite_node(child, text, change)
         end = child.end
     return found + text[end : node.end]
 

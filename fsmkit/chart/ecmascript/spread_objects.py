@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from fsmkit.chart.ecmascript.rewrite import Unsuited, mentions, nodes, parsed, respelt
+from fsmkit.chart.ecmascript.rewrite import Unsuited, mentions, nodes, parsed, rewrite_text
 from fsmkit.diagnostics import Text
 from fsmkit.document import walk
 from fsmkit.document.document import DocData, Document
@@ -175,7 +175,7 @@ class _Object:
             case stmt.DocSend(content_expr=Text(value=value)) if value.strip() == self.name:
                 return self._sent(part)
             case Text():
-                return respelt(part, self.name, self._spelt)
+                return rewrite_text(part, self.name, self._variable_of)
             case _:
                 return None
 
@@ -217,7 +217,7 @@ class _Object:
         sent = tuple(stmt.DocArgument(at.with_value(m), at.with_value(name)) for m, name in pairs)
         return replace(send, content_expr=None, arguments=sent)
 
-    def _spelt(self, node: syntax.Node) -> str | None:
+    def _variable_of(self, node: syntax.Node) -> str | None:
         """Return the variable that replaces a member, or None for another node."""
         member = _member(node, self.name)
         if member is not None and member in self.members:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from fsmkit.chart.ecmascript.rewrite import nodes, parsed, respelt
+from fsmkit.chart.ecmascript.rewrite import nodes, parsed, rewrite_text
 from fsmkit.chart.ecmascript.spread_objects import PAYLOAD, given_objects
 from fsmkit.diagnostics import Text
 from fsmkit.document import walk
@@ -75,7 +75,7 @@ def _taken(document: Document, name: str, members: Collection[str], sent: Collec
 
 
 def _spread(document: Document, name: str, members: Collection[str]) -> Document:
-    def spelt(node: Node) -> str | None:
+    def spread_name(node: Node) -> str | None:
         field = _field(node)
         return f"{PAYLOAD}.{name}_{field[1]}" if field[:1] == (name,) and len(field) > 1 else None
 
@@ -91,7 +91,7 @@ def _spread(document: Document, name: str, members: Collection[str]) -> Document
                     for member in members
                 )
             case Text():
-                return respelt(part, "_event", spelt)
+                return rewrite_text(part, "_event", spread_name)
             case _:
                 return None
 

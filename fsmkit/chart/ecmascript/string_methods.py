@@ -20,7 +20,7 @@ from fsmkit.chart.ecmascript.joined_names import (
 )
 from fsmkit.chart.ecmascript.joined_values import joined_texts
 from fsmkit.chart.ecmascript.known_strings import MOST_PAIRS, find_strings
-from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, spelt
+from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, rewrite_node
 from fsmkit.chart.ecmascript.string_values import AT_HAND, FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document, Trigger
@@ -55,7 +55,7 @@ def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
     known = find_strings(document, whole, given, {})
 
     def sets(name: str) -> set[str] | None:
-        return None if name in known.unset else known.of(name)
+        return None if name in known.unset else known.strings_of(name)
 
     return survey.update(_changed(document, lambda _: sets))
 
@@ -77,7 +77,7 @@ def _decide_names(
     }
 
     def of_variable(name: str) -> set[str] | None:
-        return None if name in known.unset else known.of(name)
+        return None if name in known.unset else known.strings_of(name)
 
     def held(text: Text) -> Sets:
         found = at_hand.get(id(text))
@@ -122,7 +122,7 @@ def _changed(
         if node is None:
             return part
         sets = held(part)
-        value = spelt(node, part.value, lambda node: _decided(node, sets, may_join=may_join))
+        value = rewrite_node(node, part.value, lambda node: _decided(node, sets, may_join=may_join))
         return part if value == part.value else part.with_value(value)
 
     found: Document = map_parts(document, change)

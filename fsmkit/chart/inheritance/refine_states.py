@@ -197,22 +197,22 @@ class _Refiner:
             origin=Origin.OVERRIDDEN,
         )
 
-    def _content(self, base: DocState, entry: DocState, which: str, what: str) -> tuple[Block, ...]:
+    def _content(self, base: DocState, entry: DocState, part: str, what: str) -> tuple[Block, ...]:
         """Return the entry or exit handlers: new ones replace inherited ones, marked so."""
-        old, new = (base.entry, entry.entry) if which == "entry" else (base.exit, entry.exit)
+        old, new = (base.entry, entry.entry) if part == "entry" else (base.exit, entry.exit)
         if not new:
-            if which in entry.overrides:
+            if part in entry.overrides:
                 return ()
             return old
-        marked = which in entry.overrides or any(holds_super(block) for block in new)
+        marked = part in entry.overrides or any(holds_super(block) for block in new)
         if old and not marked:
             self.findings.add(
                 "unmarked-override",
-                f"the {which} content of {what} replaces the base's",
+                f"the {part} content of {what} replaces the base's",
                 entry.span,
                 secondary=[(base.span, "the inherited state")],
-                help=f"write `super` in it where the base's belongs, or mark `override: [{which}]`",
-                fixes=_marked(entry, which),
+                help=f"write `super` in it where the base's belongs, or mark `override: [{part}]`",
+                fixes=_marked(entry, part),
             )
         blocks: list[Block] = []
         for block in new:

@@ -75,7 +75,7 @@ def _values(old: tuple[DocArgument, ...], new: tuple[DocArgument, ...]) -> tuple
 
 def _bound(old: DocUse, new: DocUse, what: str, findings: Findings) -> tuple[DocArgument, ...]:
     taken = {one.name.value: one.name for one in old.bind}
-    _refuse_again(
+    _report_rebinding(
         ((one.name, taken.get(one.name.value)) for one in new.bind),
         f"is bound in the base of {what} and cannot be bound again",
         "leave it as it is; a derived chart binds what the base leaves open",
@@ -89,7 +89,7 @@ def _exits(
 ) -> tuple[DocExit, ...]:
     taken = {one.name.value: one.name for one in old.exits}
     if "exits" not in entry.overrides:
-        _refuse_again(
+        _report_rebinding(
             ((one.name, taken.get(one.name.value)) for one in new.exits),
             f"is bound in the base of {what}",
             "mark the change with `override: [exits]`",
@@ -100,7 +100,7 @@ def _exits(
     return (*kept, *(one for one in new.exits if one.name.value not in taken))
 
 
-def _refuse_again(
+def _report_rebinding(
     pairs: Iterable[tuple[Text, Text | None]], why: str, advice: str, findings: Findings
 ) -> None:
     for name, before in pairs:

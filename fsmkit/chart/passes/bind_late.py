@@ -37,22 +37,22 @@ class _Binder:
         if not bound:
             return replace(state, children=children)
 
-        def made(text: str) -> Text:
+        def text_of(text: str) -> Text:
             return Text(text, state.span, ())
 
         name = f"bound_{len(self.flags)}"
-        self.flags.append(DocData(made(name), made("bool"), made("false"), state.origin))
+        self.flags.append(DocData(text_of(name), text_of("bool"), text_of("false"), state.origin))
         blocks: list[Block] = [
             (
                 If(
-                    (Branch(made(f"!{name}"), (Assign(d.name, d.init, d.name.span),)),),
+                    (Branch(text_of(f"!{name}"), (Assign(d.name, d.init, d.name.span),)),),
                     state.span,
                 ),
             )
             for d in bound
             if d.init is not None
         ]
-        blocks.append((Assign(made(name), made("true"), state.span),))
+        blocks.append((Assign(text_of(name), text_of("true"), state.span),))
         return replace(
             state,
             children=children,

@@ -200,7 +200,7 @@ def collect_events(
         for name in platform
         if name not in names
     ]
-    if document.datamodel == "ecmascript" and _asks_for_types(document):
+    if document.datamodel == "ecmascript" and _reads_types(document):
         raised, sent = _senders(document, tree)
         senders = {*sent, *(name for name, _ in coming)}
         found = [each for e in found for each in _by_type(e, raised, senders)]
@@ -225,7 +225,7 @@ def _sends_ids(document: Document, tree: Tree) -> bool:
     )
 
 
-def _asks_for_types(document: Document) -> bool:
+def _reads_types(document: Document) -> bool:
     """Whether ``_event.type`` stands anywhere in a document."""
     return any(ASKED_TYPE.search(text.value) for text in texts(document))
 

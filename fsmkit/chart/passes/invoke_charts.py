@@ -67,22 +67,25 @@ def invoke_charts(
     if not draft.slots:
         return ()
     charts: tuple[Chart, ...] = ()
-    wanted: tuple[InvocationContext, ...] = ()
+    contexts: tuple[InvocationContext, ...] = ()
     for _ in range(MOST_ROUNDS):
         names, events = draft.typed(returned(draft.slots, charts), Findings())
-        before, wanted = wanted, tuple(_given(slot, draft, names, events) for slot in draft.slots)
-        if before == wanted:
+        before, contexts = (
+            contexts,
+            tuple(_given(slot, draft, names, events) for slot in draft.slots),
+        )
+        if before == contexts:
             break
         tried = [
             elaborate(slot.documents, Findings(), strict=strict, given=given)
-            for slot, given in zip(draft.slots, wanted, strict=True)
+            for slot, given in zip(draft.slots, contexts, strict=True)
         ]
         charts = tuple(chart for chart in tried if chart is not None)
         if len(charts) < len(tried):
             break
     final = [
         elaborate(slot.documents, findings, strict=strict, given=given)
-        for slot, given in zip(draft.slots, wanted, strict=True)
+        for slot, given in zip(draft.slots, contexts, strict=True)
     ]
     charts = tuple(chart for chart in final if chart is not None)
     return charts if len(charts) == len(final) else None
@@ -111,7 +114,7 @@ def _returned(slot: Slot, name: str, event: Event, *, has_id: bool = False) -> R
 
 def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> InvocationContext:
     depth = draft.given.depth + 1 if draft.given is not None else 1
-    passed = [events.all[i] for i in passed_events(slot, draft, events)]
+    passed = [events.all[i] for i in sent_events(slot, draft, events)]
     fields = {event.name: event.fields for event in passed}
     known = top_level(slot.documents)
     data = [
@@ -123,7 +126,7 @@ def _given(slot: Slot, draft: Draft, names: Names, events: Events) -> Invocation
     return InvocationContext(slot.session, session, tuple(fields.items()), tuple(data), depth)
 
 
-def passed_events(slot: Slot, draft: Draft, events: Events) -> Iterator[int]:
+def sent_events(slot: Slot, draft: Draft, events: Events) -> Iterator[int]:
     """Yield the events that are sent to an invoked machine, or all if it gets all."""
     if slot.invoke.autoforward:
         for event in events.all:

@@ -11,8 +11,8 @@ from fsmkit.chart.passes.context import Context, warn_not_evaluable
 from fsmkit.chart.passes.invoke_charts import (
     Draft,
     given_values,
-    passed_events,
     returned,
+    sent_events,
     top_level,
 )
 from fsmkit.chart.passes.number_states import Node, Tree
@@ -174,8 +174,8 @@ def build_invocations(
     coming = returned(slots, charts)
     found = []
     for slot, chart in zip(slots, charts, strict=True):
-        passed = frozenset(passed_events(slot, draft, events))
-        _check(slot, chart, [events.all[index] for index in sorted(passed)], coming, findings)
+        sent = frozenset(sent_events(slot, draft, events))
+        _check(slot, chart, [events.all[index] for index in sorted(sent)], coming, findings)
         found.append(
             Invocation(
                 index=slot.index,
@@ -184,8 +184,7 @@ def build_invocations(
                 chart=chart,
                 given=tuple(place for _, place in _given_data(slot, chart)),
                 passages=tuple(
-                    _passage(event, chart) if event.index in passed else None
-                    for event in events.all
+                    _passage(event, chart) if event.index in sent else None for event in events.all
                 ),
                 returns=_returns(slot, chart, events, coming),
                 autoforward=slot.invoke.autoforward,
@@ -213,7 +212,7 @@ def _returns(
 
 
 def _check(
-    slot: Slot, chart: Chart, passed: list[Event], coming: tuple[Returned, ...], findings: Findings
+    slot: Slot, chart: Chart, sent: list[Event], coming: tuple[Returned, ...], findings: Findings
 ) -> None:
     """Report what cannot pass, and a chart that has inputs, which nobody would write."""
     if chart.inputs:
@@ -233,7 +232,7 @@ def _check(
                 slot.invoke.span,
                 help="send numbers, truth values or strings to the invoker",
             )
-    for own in passed:
+    for own in sent:
         passage = _passage(own, chart)
         if passage is None or not own.fields:
             continue

@@ -69,13 +69,13 @@ def with_copies(
     )
 
 
-def _with_copy(made: Transition, arrow: Arrow, tree: Tree, copies: Spliced) -> Transition:
+def _with_copy(typed: Transition, arrow: Arrow, tree: Tree, copies: Spliced) -> Transition:
     state = tree.nodes[arrow.source].state
     if state.copy is None:
-        return made
-    if made.trigger is Trigger.INITIAL and state.copied is None:
-        made = replace(made, content=(*copies.resets(state.copy), *made.content))
-    return made if arrow.copied is None else copies.transition(made, state.copy, arrow.copied)
+        return typed
+    if typed.trigger is Trigger.INITIAL and state.copied is None:
+        typed = replace(typed, content=(*copies.resets(state.copy), *typed.content))
+    return typed if arrow.copied is None else copies.transition(typed, state.copy, arrow.copied)
 
 
 def _transition(
@@ -98,7 +98,7 @@ def _transition(
     events = match_events(written, context)
     here = known.get((written.trigger, events)) if at is context else None
     if here is None:
-        here = at_hand(written, events, at)
+        here = transition_context(written, events, at)
     if at is context:
         known[written.trigger, events] = here
     context = at
@@ -148,7 +148,9 @@ def _unknown_event(name: str, written: DocTransition, events: Events, findings: 
     )
 
 
-def at_hand(written: DocTransition, events: tuple[int, ...], context: Context) -> Context:
+def transition_context(
+    written: DocTransition, events: tuple[int, ...], context: Context
+) -> Context:
     """Return the context of a transition on `events`, with their common fields and reply types.
 
     In a loose dialect `_event` is the last event everywhere (SCXML 5.10.1). Its payload is known

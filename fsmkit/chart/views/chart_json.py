@@ -7,8 +7,8 @@ from dataclasses import asdict
 from fsmkit.chart.chart import Chart, Data, Event, Invocation, State, Transition
 from fsmkit.chart.format import format_statement
 from fsmkit.chart.statements import Block
-from fsmkit.chart.views.asked import environment_parts, property_parts
 from fsmkit.chart.views.origins import Origins, Where
+from fsmkit.chart.views.properties import environment_parts, property_parts
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.as_json import location
 from fsmkit.document import keys

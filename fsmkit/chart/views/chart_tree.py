@@ -16,8 +16,8 @@ from fsmkit.chart.format import (
     format_signature,
     format_trigger,
 )
-from fsmkit.chart.views.asked import environment_parts, spell_property
 from fsmkit.chart.views.origins import Origins, Where
+from fsmkit.chart.views.properties import environment_parts, format_property
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
 from fsmkit.document.document import Kind, Origin, Trigger
@@ -82,8 +82,8 @@ class _Maker:
         for child in self.chart.root.children:
             self._state(tree, self.chart.states[child])
 
-    def _line(self, told: str, where: Where, marks: Iterable[str] = ()) -> Text:
-        line = Text(told, STYLES[where.origin])
+    def _line(self, label: str, where: Where, marks: Iterable[str] = ()) -> Text:
+        line = Text(label, STYLES[where.origin])
         listed = ", ".join(marks)
         line.append(f"  {listed}" if listed else "", "italic")
         if self.with_origin:
@@ -139,7 +139,7 @@ class _Maker:
         self._group(
             tree,
             "properties",
-            [(spell_property(p), Where(p.origin, p.name.span)) for p in chart.properties],
+            [(format_property(p), Where(p.origin, p.name.span)) for p in chart.properties],
         )
         if chart.environment is not None:
             group = tree.add(Text("environment", "bold"))
@@ -149,8 +149,8 @@ class _Maker:
     def _group(self, tree: Tree, name: str, items: list[tuple[str, Where]]) -> None:
         if items:
             group = tree.add(Text(name, "bold"))
-            for told, where in items:
-                group.add(self._line(told, where))
+            for label, where in items:
+                group.add(self._line(label, where))
 
     def _data(self, data: Data, is_input: bool) -> str:
         if is_input:
@@ -235,8 +235,8 @@ class _Maker:
     def _invoked(self, tree: Tree, state: State) -> None:
         """Add what the state invokes, each chart with its states."""
         for block in state.invokes:
-            told = format_block(block, self.chart).removeprefix("invoke ")
-            tree.add(self._part("invoke", told, block[0].span, state.index))
+            label = format_block(block, self.chart).removeprefix("invoke ")
+            tree.add(self._part("invoke", label, block[0].span, state.index))
         for invocation in self.chart.invocations:
             if invocation.state != state.index:
                 continue
@@ -245,16 +245,16 @@ class _Maker:
             inner = f"{invocation.id}: {invocation.chart.name}"
             node = tree.add(self._line(inner, where, marks))
             own = [e for e in self.chart.events if e.invocation == invocation.index and e.finalize]
-            for told in dict.fromkeys(format_block(event.finalize, self.chart) for event in own):
-                node.add(Text(f"finalize: {told}"))
+            for label in dict.fromkeys(format_block(event.finalize, self.chart) for event in own):
+                node.add(Text(f"finalize: {label}"))
             within = _Maker(invocation.chart, self.origins, self.with_origin)
             within.states(node)
 
-    def _part(self, word: str, told: str, span: Span, state: int) -> Text:
+    def _part(self, word: str, label: str, span: Span, state: int) -> Text:
         """Return a line whose origin is the file that contains it."""
         bases = {source.name for source in self.chart.sources[1:]}
         origin = Origin.INHERITED if span.source.name in bases else Origin.OWN
-        return self._line(f"{word}: {told}", self._within(state, origin, span))
+        return self._line(f"{word}: {label}", self._within(state, origin, span))
 
     def _initial(self, tree: Tree, state: State) -> None:
         if state.initial is not None:
@@ -262,13 +262,13 @@ class _Maker:
 
     def _transition(self, transition: Transition) -> Text:
         chart = self.chart
-        told = format_trigger(transition, chart)
+        label = format_trigger(transition, chart)
         if transition.guard is not None:
-            told += f" if {format_expression(transition.guard, chart.capacities.tick)}"
+            label += f" if {format_expression(transition.guard, chart.capacities.tick)}"
         if transition.targets:
-            told += f" -> {', '.join(chart.states[t].id for t in transition.targets)}"
+            label += f" -> {', '.join(chart.states[t].id for t in transition.targets)}"
         if transition.content:
-            told += f" / {format_block(transition.content, chart)}"
+            label += f" / {format_block(transition.content, chart)}"
         marks = keys.marks(transition, keys.kept_keys(keys.TRANSITION, Transition))
         # an implied initial transition stands nowhere: its place is that of its state
         implied = transition.trigger is Trigger.INITIAL and (
@@ -277,4 +277,4 @@ class _Maker:
         if implied:
             marks.append("implied")
         where = self._within(transition.source, transition.origin, transition.span)
-        return self._line(told, where, marks)
+        return self._line(label, where, marks)

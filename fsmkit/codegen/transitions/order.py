@@ -140,7 +140,7 @@ class Order:
     def _is_same(self, one: Transition, two: Transition) -> bool:
         """Whether the library has the same effect if one event enables both transitions."""
         if self.plan.are_orthogonal(one.source, two.source):
-            guards = [t for t in (one, two) if of_guard(t).told]
+            guards = [t for t in (one, two) if of_guard(t).is_visible]
             return (
                 self.is_within_region(one, two.source)
                 and self.is_within_region(two, one.source)
@@ -150,7 +150,7 @@ class Order:
             )
         if not self.plan.is_below(two.source, one.source):
             return True
-        is_one_taken = bool(one.targets and two.targets) and not of_guard(one).told
+        is_one_taken = bool(one.targets and two.targets) and not of_guard(one).is_visible
         return is_one_taken or not self.is_parallel_between(one.source, two.source)
 
     def tests_states(self, transition: Transition) -> bool:
@@ -179,7 +179,7 @@ class Order:
         """Return the effects of content, including effects on the order of timers."""
         found = of_blocks(blocks)
         is_told = any(map(delayed, blocks))
-        return found | WAITING | Effects(told=True) if is_told else found
+        return found | WAITING | Effects(is_visible=True) if is_told else found
 
     def clears(self, state: State) -> bool:
         """Whether entering a state ends the machine while delayed events may be pending."""

@@ -61,12 +61,12 @@ def boxed(chart: Chart, states: Iterable[int]) -> Chart:
     return replace(chart, states=tuple(made), transitions=transitions)
 
 
-def _ends(chart: Chart, wanted: frozenset[int]) -> list[int]:
+def _ends(chart: Chart, folded: frozenset[int]) -> list[int]:
     """Return for each state that at which its arrows end: the outermost folded one around it."""
     ends = [0] * len(chart.states)
     for state in chart.states[1:]:
         above = ends[state.parent or 0]
-        ends[state.index] = above if above in wanted else state.index
+        ends[state.index] = above if above in folded else state.index
     return ends
 
 

@@ -84,7 +84,7 @@ class Drawer:
         yield "  " + statement("edge", fontname=FONT, fontsize=SMALL, color=INK, arrowsize=0.7)
         yield from self._children(self.chart.root, "  ")
         for transition in self._drawn:
-            if not self._is_in_its_box(transition):
+            if not self._is_state_text(transition):
                 yield from self._arrows(transition)
         yield "}"
 
@@ -196,7 +196,7 @@ class Drawer:
             rows.append((lines, _link(self.chart.transitions[index])))
         for index in state.transitions:
             transition = self.chart.transitions[index]
-            if self._is_in_its_box(transition) and not is_inside(transition):
+            if self._is_state_text(transition) and not is_inside(transition):
                 again = " ".join(label(self.chart, transition).lines)
                 rows.append(((f"{again} \N{CLOCKWISE OPEN CIRCLE ARROW}",), _link(transition)))
         color = _soft(state.origin)
@@ -257,7 +257,7 @@ class Drawer:
 
     # --- transitions ----------------------------------------------------------------------
 
-    def _is_in_its_box(self, transition: Transition) -> bool:
+    def _is_state_text(self, transition: Transition) -> bool:
         """Whether a transition is text in its state: it has no target or is a cluster's loop."""
         return is_inside(transition) or (
             transition.trigger is not Trigger.INITIAL
@@ -275,7 +275,7 @@ class Drawer:
 
     def _leaves(self, transition: Transition) -> bool:
         """Whether a compound state's transition is drawn from its border."""
-        return not (self._is_in_its_box(transition) or self._goes_inside(transition))
+        return not (self._is_state_text(transition) or self._goes_inside(transition))
 
     def _is_cluster(self, state: int) -> bool:
         """Whether states are drawn in a state: not in one that is folded."""

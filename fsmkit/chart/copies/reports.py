@@ -29,19 +29,19 @@ def check_copies(
     for copy in chart.copies:
         if copy.source is not None:
             used.setdefault(copy.source.name, []).append(copy.name)
-    told: dict[object, Diagnostic] = {}
+    first: dict[object, Diagnostic] = {}
     times: dict[object, set[str]] = {}
     order: list[object] = []
     for one in found:
         place = None if one.primary is None else one.primary.span
         is_inner = place is not None and place.source.name not in own
         key: object = (one.rule.name, place) if is_inner else one
-        if key not in told:
-            told[key] = one
+        if key not in first:
+            first[key] = one
             order.append(key)
         times.setdefault(key, set()).update(name for name in _copies_in(one, chart))
     for key in order:
-        one = told[key]
+        one = first[key]
         names = sorted(times[key])
         place = None if one.primary is None else one.primary.span
         all_names = used.get("" if place is None else place.source.name, [])

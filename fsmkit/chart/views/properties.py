@@ -5,16 +5,18 @@ from __future__ import annotations
 from fsmkit.document.document import DocEnvironment, DocProperty
 
 
-def property_parts(asked: DocProperty) -> list[str]:
+def property_parts(declared: DocProperty) -> list[str]:
     """Return conditions and duration in their order."""
-    return [text.value for text in (asked.first, asked.time, asked.then) if text is not None]
+    return [
+        text.value for text in (declared.first, declared.time, declared.then) if text is not None
+    ]
 
 
-def spell_property(asked: DocProperty) -> str:
+def format_property(declared: DocProperty) -> str:
     """Return a property on one line: its name, its kind, and what it is about."""
-    parts = [asked.kind.value, ", ".join(property_parts(asked))]
-    watched = [f"watch {text}" for text in asked.watch]
-    return f"{asked.name}: {' '.join(part for part in parts if part)}" + "".join(
+    parts = [declared.kind.value, ", ".join(property_parts(declared))]
+    watched = [f"watch {text}" for text in declared.watch]
+    return f"{declared.name}: {' '.join(part for part in parts if part)}" + "".join(
         f"; {one}" for one in watched
     )
 
