@@ -86,7 +86,7 @@ class StatementPrinter:
         _lacks(statement)
 
     def _set(self, variable: lang.Variable, text: str) -> None:
-        """Print that a variable of a loop gets a value."""
+        """Print the assignment of a loop's variable."""
         _lacks(variable, text)
 
     def _local(self, variable: lang.Variable, value: lang.Expr) -> None:

@@ -170,14 +170,14 @@ class Tables:
     paths: Paths
 
     def path_of(self, transition: int) -> int:
-        """Return where the path of a transition starts; 0 in compact tables if it stays."""
+        """Return the index of a transition's path; 0 in compact tables if no state is entered."""
         domain = self.plan.variants[transition][-1].domain
         if self.is_compact and domain is None:
             return 0
         return self.path_at(self.plan.variants[transition][-1].entry, domain)
 
     def path_at(self, ops: Ops, domain: int | None) -> int:
-        """Return where the path of operations below a domain starts."""
+        """Return the index of the path of operations below a domain."""
         return self.paths.at(ops, domain if self.is_compact else None)
 
 
@@ -201,7 +201,7 @@ def tables_of(plan: Plan, selection: Selection) -> Tables:
 
 
 def _rows(selection: Selection, state: int) -> tuple[Row, ...]:
-    """Return what a state tries; it defers only events that no transition is sure to take."""
+    """Return the candidates of a state; it defers only events without a certain candidate."""
     events = len(selection.plan.chart.events)
     own = selection.transitions_of(state, Trigger.EVENT)
     found = [Row(state, event, transition) for transition in own for event in transition.events]

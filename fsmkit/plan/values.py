@@ -44,7 +44,7 @@ def wrapping_bounds(expr: lang.Expr) -> Range | None:
 
 @dataclass(frozen=True, slots=True)
 class Bounding:
-    """How a conversion brings a number into ``lo..hi``; ``truncates`` a floating-point number.
+    """The conversion of a number to ``lo..hi``; ``truncates``: from a floating-point number.
 
     A floating-point number never wraps: beyond the bounds it becomes the nearest one.
     """
@@ -56,7 +56,7 @@ class Bounding:
 
 
 def bounding(expr: lang.Convert) -> Bounding | None:
-    """Return how a conversion to an integer or a duration changes the number; None: not at all."""
+    """Return the bounding of a conversion to an integer or a duration, or None if it has none."""
     source = expr.operand.type
     if not isinstance(expr.type, lang.IntType | lang.DurationType):
         return None

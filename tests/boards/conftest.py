@@ -1,4 +1,4 @@
-"""How hosts are compiled in the tests, for this machine and for boards."""
+"""Compiling hosts in the tests, for this computer and for boards."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def build(require_tool: Callable[[str], str]) -> Build:
 
 @pytest.fixture(scope="session")
 def run() -> Run:
-    """Run a program, which must succeed, and return what it printed."""
+    """Run a program, which must succeed, and return its output."""
 
     def output(*command: str | Path, seconds: int = 300) -> str:
         done = subprocess.run(

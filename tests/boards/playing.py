@@ -90,7 +90,7 @@ ON_BOARD = """\
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A chart and what its host does."""
+    """A chart and the script of its host."""
 
     chart: Chart
     script: Script
@@ -245,5 +245,5 @@ def ticks(script: Sequence[str]) -> int:
 
 
 def traces(printed: str) -> list[list[str]]:
-    """Take apart what the harness printed."""
+    """Split the output of the harness into traces."""
     return [trace.splitlines() for trace in printed.split(f"{harness.END}\n")[:-1]]

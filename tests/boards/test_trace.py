@@ -220,7 +220,7 @@ def test_a_probe_reads_the_ring_in_the_memory(
 
 
 def taken(probe: Probe) -> bytes:
-    """Read what is new in the ring, as the tools for RTT do."""
+    """Read the new bytes of the ring, as the tools for RTT do."""
     memory = probe.read(RAM, 0x2000)
     block = memory.find(b"SEGGER RTT\0\0\0\0\0\0")
     if block < 0:

@@ -29,7 +29,7 @@ from fsmkit.testing.harness.harness import INTERPRETER, harness
 from tests.codegen.toy_target import plugin as toy_target
 
 CHARTS = int(os.environ.get("FSMKIT_TOY_CHARTS", "10"))
-"""How many random charts are compared."""
+"""The number of random charts to compare."""
 FEATURES = ("timeouts", "periods", "raises", "fails", "ends")
 MECHANISMS = (
     *(kind.value for kind in (Kind.PARALLEL, Kind.SHALLOW_HISTORY, Kind.DEEP_HISTORY)),

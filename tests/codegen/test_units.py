@@ -273,7 +273,7 @@ def test_nodes_are_kept_running(deployment: Deployment, tmp_path: Path) -> None:
     [
         (["--exec", "board_{node}"], "does not start with an absolute path"),
         (["--exec", "/bin/'x"], "cannot be divided into words"),
-        (["--exec", "/bin/x '\n'"], "cannot be printed"),
+        (["--exec", "/bin/x '\n'"], "unprintable characters"),
         (["--exec", ""], "does not start with an absolute path"),
         (["--exec", "/bin/x", "--node", "c"], "the deployment has no node `c`"),
         (["--exec", "/bin/x", "--cpus", "2-3"], "`2-3` is not a list of processors"),

@@ -29,9 +29,9 @@ def require_names(names: Names) -> None:
     macros = {*names.constants.values(), *(m for group in names.members.values() for m in group)}
     if taken & {PART, f"{names.prefix}_{PART}"} or f"{names.upper}_COVERAGE_BYTES" in macros:
         raise fail(
-            "c-limit", f"`{names.chart.name}` has a name of its own that C would spell as that of "
-            "the part `coverage`",
-            help="rename what is called `coverage` or `COVERAGE_BYTES` in the chart",
+            "c-limit", f"`{names.chart.name}` has a name that is equal in C to one of the "
+            "part `coverage`",
+            help="rename the item `coverage` or `COVERAGE_BYTES` of the chart",
         )  # fmt: skip
     for inner in names.invoked:
         require_names(inner)

@@ -23,12 +23,12 @@ class InterfacePrinter:
     """Prints the functions of a machine's interface."""
 
     def __init__(self, names: Names) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         self.names = names
         self.chart = names.chart
 
     def print(self, out: Unit) -> None:
-        """Print all of them."""
+        """Print all functions of the interface."""
         self._interface(out)
         self._names(out)
 

@@ -85,7 +85,7 @@ class _Checker:
                 isinstance(operand.type, lang.FloatType) and hi > 2**63 - 1
             ):
                 findings.add(
-                    "c-limit", "a floating-point number cannot be brought into `uint64` in C",
+                    "c-limit", "C cannot convert a floating-point number to `uint64`",
                     node.span, help="use int64 or a range",
                 )  # fmt: skip
             case Reply(value) if isinstance(value.type, lang.ArrayType | lang.RecordType):
@@ -98,15 +98,15 @@ class _Checker:
                 | lang.Conditional(type=lang.ArrayType())
             ):
                 findings.add(
-                    "c-limit", "a constant of several parts stands where C needs a variable",
-                    node.span, help="give a variable that start value and use it here",
+                    "c-limit", "C needs a variable here, not a constant of several parts",
+                    node.span, help="declare a variable with that start value and use it here",
                 )  # fmt: skip
             case lang.EventField(name):
                 having = self._carriers.get(name)
                 is_lenient = not events and self._chart.lenient
                 if having is None or not having.issuperset(events) or is_lenient:
                     findings.add(
-                        "c-limit", f"not every event that comes here is known to carry `{name}`",
+                        "c-limit", f"not every event that can occur here has the field `{name}`",
                         node.span, help="use it in a transition on events that declare it",
                     )  # fmt: skip
             case _:

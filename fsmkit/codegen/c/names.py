@@ -87,7 +87,7 @@ class Names:
     own: ClassVar[str] = OWN
     """The symbol of the prefix in definitions (`codegen.c.ir`)."""
     own_upper: ClassVar[str] = OWN_UPPER
-    """The same for the prefix of macros and constants."""
+    """The symbol of the prefix of macros and constants."""
 
     copy_argument: ClassVar[str] = ""
     """The argument that calls of blocks and guards have after the machine (`small.copy_names`)."""

@@ -68,7 +68,7 @@ def read_options(options: Mapping[str, str]) -> Options:
         raise fail(
             "unknown-aim",
             f"C cannot be optimized for `{aim}`",
-            help=f"use `{SIZE}`, or no aim: code is for speed then",
+            help=f"use `{SIZE}`, or omit the option to optimize for speed",
         )
     return Options(without, extras, bool(aim), is_tabled=aim == COMPILING)
 
@@ -87,7 +87,7 @@ def report_missing(chart: Chart, options: Options, findings: Findings) -> None:
     ]
     for span, what in users:
         findings.add(
-            "c-limit", f"`{chart.name}` is to be made without a queue, but {what}",
+            "c-limit", f"`{chart.name}` is compiled without a queue, but {what}",
             span or chart.root.span,
             help="compile it with the queue, or use `raise`, which takes the internal one",
         )  # fmt: skip

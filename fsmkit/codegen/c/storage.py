@@ -1,4 +1,4 @@
-"""How values are stored in C: types of the least width, their sizes and alignments."""
+"""The storage of values in C: types of the least width, their sizes and alignments."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Storage:
 
 
 def storage(type_: lang.Type, records: dict[str, str]) -> Storage:
-    """Return how a scalar or record is stored; ``records``: C names of record types."""
+    """Return the C type of a scalar or record; ``records``: C names of record types."""
     match type_:
         case lang.BoolType():
             return Storage("bool", 1, 1)

@@ -196,12 +196,12 @@ class _Checker:
                 self._unfit(
                     bound.expression.place,
                     f"`set` of `{bound.name}` does nothing with `value`",
-                    "use `value`, which is what the output is",
+                    "use `value`, the value of the output",
                 )
             if isinstance(outputs[bound.name.value].type, lang.ArrayType):
                 self._unfit(
                     bound.name,
-                    f"`{bound.name}` is an array, which no one `value` holds",
+                    f"`{bound.name}` is an array, which one `value` cannot hold",
                     "write the array in C that it is copied to",
                 )
 
@@ -286,7 +286,7 @@ class _Checker:
         if CONTEXT in expression.names - own and self.binding.context is None:
             self._unfit(
                 expression.place,
-                "`ctx` is a pointer to what `context` says, and the binding has no `context`",
+                "`ctx` needs a `context`, which the binding does not declare",
                 "write `context: {type: struct board, member: machine}`",
             )
 

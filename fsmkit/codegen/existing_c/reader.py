@@ -234,7 +234,7 @@ class _Reader:
             parts = CHOSEN.fullmatch(key.value.strip())
             if parts is None or parts[1] not in keys.KINDS:
                 self.findings.add(
-                    "broken-binding", f"`{key}` says no kind and name", key,
+                    "broken-binding", f"`{key}` has no kind and name", key,
                     help=f"write `type Fault: charger_fault_code`; kinds are {_listed(keys.KINDS)}",
                 )  # fmt: skip
             elif text is not None:

@@ -134,7 +134,7 @@ def read_expression(text: Text, findings: Findings) -> CExpression | None:
     start, end, what = wrong
     findings.add(
         "binding-syntax",
-        f"this is no expression of C: {what}",
+        f"this is not one expression of C: {what}",
         text.part(start, end),
         help="write one expression, as `bms_set(BMS_CHANNEL_1, amps)`; put more into a function "
         "of C and call that",

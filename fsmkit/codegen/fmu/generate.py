@@ -52,7 +52,7 @@ def report_fmu_limits(chart: Chart, findings: Findings) -> None:
             "c-limit",
             f"an FMU of `{chart.name}` has no variables for the chart that it invokes",
             invocation.span,
-            help="make an FMU of each chart",
+            help="build an FMU for each chart",
         )
     declared: list[tuple[str, Type]] = [
         (v.name, v.type) for v in (*chart.data, *chart.outputs, *chart.inputs)
@@ -177,7 +177,7 @@ def surrounded(system: System) -> System:
         raise fail(
             "wrong-option",
             f"all machines of `{system.name}` are of the environment: nothing is left for an FMU",
-            help="leave those out of `environment` that are to be simulated",
+            help="remove the machines to simulate from `environment`",
         )
     return part_of(system, own)
 

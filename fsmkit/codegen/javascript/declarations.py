@@ -51,7 +51,7 @@ class DeclarationPrinter:
         self.namer = Namer((*GLOBALS, *WORDS, *own))
 
     def print(self, runtime: str) -> None:
-        """Print all declarations."""
+        """Print the declarations."""
         chart, out, name = self.chart, self.out, self.name
         out.line("// The types of " + comment(chart.name) + ", for TypeScript. Made by fsmkit.")
         out.line()

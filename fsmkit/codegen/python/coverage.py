@@ -19,9 +19,9 @@ def require_names(member: Member) -> None:
     names = member.names
     if OFFERED in (*names.variables.values(), *names.operations.values()):
         raise fail(
-            "wrong-option", f"`{member.chart.name}` has `coverage` itself, which is the method "
+            "wrong-option", f"`{member.chart.name}` has an item `coverage`, the name of a method "
             "of the part `coverage`",
-            help="rename what is called `coverage` in the chart",
+            help="rename the item `coverage` of the chart",
         )  # fmt: skip
     for inner in member.invoked:
         require_names(inner)

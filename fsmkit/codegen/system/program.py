@@ -111,8 +111,8 @@ def _report_unjoined(system: System, maker: Target, runner: str, findings: Findi
     for link in joins[:1]:
         findings.add(
             "unjoined-machines",
-            f"the target `{maker.name}` writes the machines of `{system.name}`, and nothing that "
-            "connects them",
+            f"the target `{maker.name}` generates the machines of `{system.name}`, but not "
+            "their connections",
             system.machines[link.target].span,
             help=f"connect them in your program, run them by `{runner}`, or compile to C",
         )
@@ -183,7 +183,7 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
     if prefix is not None and not re.fullmatch(r"[A-Za-z]\w*", prefix, re.ASCII):
         raise fail(
             "wrong-option",
-            f"the prefix `{prefix}` is no identifier",
+            f"the prefix `{prefix}` is not an identifier",
             help="use letters, digits and `_`, a letter first",
         )
     package = packages().get(options.get("package", ""))
@@ -199,7 +199,7 @@ def _require_options(maker: Target, model: Model, options: Mapping[str, str]) ->
         raise fail(
             "wrong-option",
             "a package holds one machine; a system has several",
-            help="make a package of each chart",
+            help="build a package for each chart",
         )
     if not isinstance(model, Chart) and "queue" in options.get("without", "").split(","):
         raise fail(

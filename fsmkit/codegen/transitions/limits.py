@@ -70,7 +70,7 @@ class Checker:
             self._report("no invoked machines", invocation.span, advice)
         for event in self.chart.events:
             if event.name in reserved(self.plan):
-                advice = "call the event something else"
+                advice = "rename the event"
                 what = f"an attribute `{event.name}` of its own for each model"
                 self._report(what, event.span, advice)
         for state in self.chart.states:
@@ -83,9 +83,9 @@ class Checker:
         if state.is_history:
             self._history(state)
         if state.id in RESERVED and self.plan.parents[state.index]:
-            self._report("other uses for this name", state.span, "call the state something else")
+            self._report("other uses for this name", state.span, "rename the state")
         if state.defer:
-            advice = "remember in a variable that it came, and `raise` it later"
+            advice = "store in a variable that it occurred, and `raise` it later"
             self._report("no deferred events", state.span, advice)
         if state.done_data:
             advice = "assign it to a variable when the final state is entered"
@@ -95,8 +95,8 @@ class Checker:
             self._report("no exit from a final state", state.span, advice)
         around = [self.chart.states[each].kind for each in self.plan.chains[state.index][1:]]
         if state.kind is Kind.PARALLEL and Kind.PARALLEL in around:
-            advice = "make its regions regions of the parallel state around it"
-            what = "an exception for an event that nothing takes while regions have regions"
+            advice = "move its regions to the parallel state around it"
+            what = "an exception for an unhandled event while regions have regions"
             self._report(what, state.span, advice)
         is_told = f"done.state.{state.id}" in self.chart.event_index
         if state.kind is Kind.PARALLEL and is_told:
@@ -248,7 +248,7 @@ class Checker:
         for part in subexpressions(expr):
             is_event = isinstance(part, lang.EventField | lang.EventName)
             if isinstance(part, lang.EventType):
-                advice = "give what is raised and what is sent names of their own"
+                advice = "use different names for raised and for sent events"
                 self._report("no types of events", part.span, advice)
             if is_event and not with_event:
                 advice = "assign it to a variable in the transition"
@@ -262,7 +262,7 @@ class Checker:
         for part in subexpressions(expr):
             if isinstance(part, lang.InState):
                 advice = "test it in guards, or store it in a variable"
-                self._report("another configuration in the midst of a step", part.span, advice)
+                self._report("another configuration during a step", part.span, advice)
 
     # --- moves --------------------------------------------------------------------------------
 
@@ -280,11 +280,11 @@ class Checker:
         states = self.chart.states
         if states[transition.targets[0]].is_history and self._is_around(target, transition.source):
             advice = "name the state to return to as the target"
-            self._report("no way to a history from inside", transition.span, advice)
+            self._report("no transition to a history from inside", transition.span, advice)
             return
         first, *rest = self.order.path(domain, target)
         if domain != transition.source and self.plan.is_below(target, transition.source):
-            advice = "mark it `type: internal`, or leave by way of another state"
+            advice = "mark it `type: internal`, or exit through another state"
             self._report("no exit from a state on the way into it", transition.span, advice)
         elif rest and domain == transition.source and transition.source:
             advice = f"let it lead to `{states[first].id}`"
@@ -298,13 +298,13 @@ class Checker:
         elif rest and self._is_around(first, transition.source):
             advice = "let the region that changes have the transition"
             self._report(
-                "no way from one region to another, or out of one and back in",
+                "no transition from one region to another, or out of one and back in",
                 transition.span, advice, (states[first].span, "this stays active"),
             )  # fmt: skip
         elif inside := [s for s in (first, *rest)[:-1] if states[s].kind is Kind.PARALLEL]:
             name = states[inside[0]].id
             self._report(
-                f"no way into one region of `{name}` that enters the others too",
+                f"no transition into one region of `{name}` that enters the others too",
                 transition.span,
                 f"let it lead to `{name}`",
                 (states[inside[0]].span, "these regions would not be entered"),

@@ -134,7 +134,7 @@ def _command(template: str, node: str, health: str) -> tuple[str, ...]:
     if not all(word.isprintable() for word in words):
         raise fail(
             "wrong-option",
-            "the command has characters that cannot be printed",
+            "the command contains unprintable characters",
             help="remove line ends and control characters",
         )
     return words

@@ -813,7 +813,7 @@ OTHERS = {
     "binding: a statement": binding(
         "adc_read(0)",
         "adc_read(0);",
-        "this is no expression of C: `;` ends a statement",
+        "this is not one expression of C: `;` ends a statement",
         "write one expression",
     ),
     "binding: a bracket": binding(

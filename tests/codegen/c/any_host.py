@@ -158,7 +158,7 @@ def _slots(names: Names, target: Names) -> list[str]:
 
 
 def _calls(names: Names) -> list[str]:
-    """Return what a host may do in a round, each or not."""
+    """Return the possible calls of a host in one round."""
     p, does = names.prefix, names.does
     time = "any_time()"
     told = f"{p}_state active[4];"
@@ -242,7 +242,7 @@ def _declared_values(names: Names, fields: tuple[Field, ...]) -> tuple[list[str]
 
 
 def _event(names: Names) -> list[str]:
-    """Return a function that makes any event: what is posted is so, the number may be any."""
+    """Return a function that creates any event: valid ones for posting, or with any number."""
     p, chart = names.prefix, names.chart
     lines = [f"static {p}_event any_event(void)", "{", f"    {p}_event e = {names.upper}_NO_EVENT;"]
     lines += ["    switch (any_integer(0, %d)) {" % len(posted_events(chart))]  # noqa: UP031
@@ -272,7 +272,7 @@ def _event(names: Names) -> list[str]:
 
 
 def _provided(names: Names) -> list[str]:
-    """Return the operations, which return anything, and what takes the events that leave."""
+    """Return the operations, with arbitrary results, and the receivers of outgoing events."""
     p = names.prefix
     lines: list[str] = []
     for operation in names.chart.operations:

@@ -1,4 +1,4 @@
-"""How generated C is compiled in the tests."""
+"""Compiling generated C in the tests."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""How deep the stack gets in a generated machine: frames as gcc states them, over all calls.
+"""The stack depth of a generated machine: the frame sizes of gcc, over all paths of calls.
 
-`make stack` prints it for the charts of `conftest.CHARTS`. What the host provides is not in it.
+`make stack` prints it for the charts of `conftest.CHARTS`, without the functions of the host.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class UnboundedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """Bytes of each function, and what it calls."""
+    """The bytes of each function's frame, and the functions it calls."""
 
     bytes: dict[str, int]
     calls: dict[str, frozenset[str]]

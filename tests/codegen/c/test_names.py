@@ -27,7 +27,7 @@ NAMES = {"NAME": "Press", "MEMBER": "down", "EVENT": "c", "STATE": "ready"}
 
 
 def compiled(tmp_path: Path, options: dict[str, str], **names: str) -> tuple[bool, Findings]:
-    """Return whether there is C, and what was found."""
+    """Return whether C was generated, and the findings."""
     text = CHART
     for place, name in {**NAMES, **names}.items():
         text = text.replace(place, name)

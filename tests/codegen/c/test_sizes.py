@@ -44,7 +44,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def traced(folder: Path, chart: Chart, command: Sequence[str]) -> list[str]:
-    """Build what is written in a folder; return the trace of the chart's script."""
+    """Build the program in a folder; return the trace of the chart's script."""
     built(folder, [*command, "-std=c99", "-w", "main.c", "-o", "harness"])
     (trace,) = c_harness._run(folder, [script(chart)])
     return trace

@@ -1,4 +1,4 @@
-"""The example of a charger: it compiles without a warning, and what is wrong in it does not."""
+"""The example of a charger: it compiles without a warning, and errors in it are detected."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def test_a_whole_binding_fits(judge: Judge) -> None:
         ("constants: {LIMITS: X}", "unknown-name", "no constant `LIMITS`", 3),
         ("constants: {GAIN: X}", "unfit-binding", "`GAIN` is of the type", 3),
         ("operations: {\n  sett: f()}", "unknown-name", "no operation `sett`", 4),
-        ("operations: {set: f(ctx)}", "unfit-binding", "no `context`", 3),
+        ("operations: {set: f(ctx)}", "unfit-binding", "needs a `context`", 3),
         ("operations: {name_of: f()}", "unfit-binding", "the result of `name_of`", 3),
         ("operations: {set: {call: f(), trusted: true}}", "unfit-binding", "no result", 3),
         ("operations: {set: {trusted: true}}", "broken-binding", "`set` needs `call`", 3),

@@ -61,7 +61,7 @@ static inline int twice(int x) { return 2 * x; }
 
 @pytest.fixture
 def reading(require_tool: RequireTool, tmp_path: Path) -> Callable[[str], Header]:
-    """Return what reads the text of a header."""
+    """Return a reader of header texts."""
     need(find_spec("clang") is not None, "libclang")
     compiler = compiler_of([require_tool("cc")], [])
 

@@ -1,4 +1,4 @@
-"""The JSON Schema of bindings says what the reader takes."""
+"""The JSON Schema of bindings accepts what the reader accepts."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Beside:
 
 
 class SystemBeside:
-    """The same of a system; only what is connected to nothing leaves it."""
+    """The interpreter of a system; only events of unconnected ports leave it."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -144,7 +144,7 @@ def _scalars(type_: Type, value: object) -> Iterator[object]:
 
 
 def named(type_: Type, value: Value) -> Iterator[tuple[str, Value]]:
-    """Yield what an FMU has variables for: all scalars but strings."""
+    """Yield the names and values of an FMU's variables: all scalars but strings."""
     for (path, scalar_type), scalar in zip(scalars_by_path(type_), flat(value), strict=True):
         if not isinstance(scalar_type, SymbolType):
             yield path, scalar

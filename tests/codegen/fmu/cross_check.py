@@ -38,7 +38,7 @@ Row = tuple[float, ...]
 
 @dataclass
 class Solution:
-    """Input signals and what comes of them."""
+    """Input signals and the resulting outputs."""
 
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]

@@ -244,4 +244,4 @@ def test_what_cannot_be_packed(
 def test_a_system_is_no_package(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     system = FEEDER.parent / "cell.yaml"
     assert execute(["compile", str(system), "--package", "zephyr", "--out", str(tmp_path)]) == 2
-    assert "make a package of each chart" in capsys.readouterr().err
+    assert "build a package for each chart" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""How an extension module comes about: its files, its types, the compiler, names that hurt."""
+"""Building an extension module: its files, its types, the compiler, difficult names."""
 
 from __future__ import annotations
 

@@ -200,7 +200,7 @@ def _place(choices: Choices, event: Event, field: Field) -> int | None:
 
 
 def _hearing(choices: Choices, chart: Chart, transition: Transition, own: int) -> Transition:
-    """Return a transition that is also taken for what invoked machines send."""
+    """Return a transition that is also taken for events of invoked machines."""
     if transition.trigger is not Trigger.EVENT or not choices.chance(60):
         return transition
     reads: set[Field] = set()

@@ -41,7 +41,7 @@ class Recorded(HarnessMachine):
 
 
 def by_python(chart: Chart, script: Sequence[str], *, traced: bool = False) -> bytes:
-    """Return what the generated machine records under a script."""
+    """Return the records of the generated machine for a script."""
     driven = Recorded(chart, load_machine(chart, recorded=True), traced=traced)
     for line in script_texts(script):
         driven.obey(line)
@@ -105,7 +105,7 @@ class Host:
 
 @pytest.mark.parametrize("value", [OSError("no light"), 4711, "bright"])
 def test_a_step_that_the_host_breaks_off_is_told(lamp: Chart, value: object) -> None:
-    """The follower knows then that the machine stopped, not what else it did."""
+    """The follower then knows that the machine stopped, but not its other effects."""
     host = Host()
     host.value = value
     machine = load_machine(lamp, recorded=True)(host)

@@ -182,7 +182,7 @@ def happened(done: Happening, prefix: dict[str, str]) -> Iterator[str]:
 
 
 def host(system: System, parts: tuple[Part, ...], script: Script) -> str:
-    """Return a host that plays the script, and does nothing in what is not connected."""
+    """Return a host that plays the script, with empty functions for unconnected ports."""
     s = snake(system.name)
     by_name = {system.machines[part.index].name: part for part in parts}
     lines = [

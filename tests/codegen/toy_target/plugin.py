@@ -27,7 +27,7 @@ DESTINATIONS = (stmt.Destination.SELF, stmt.Destination.INTERNAL, stmt.Destinati
 
 
 def limits(chart: Chart) -> Iterator[tuple[str, Span]]:
-    """Yield what this target cannot express, each with its location."""
+    """Yield the features that this target cannot express, each with its location."""
     root = chart.root.span
     if chart.operations or chart.inputs or chart.functions or chart.invocations:
         yield "a chart with operations, inputs, functions or invoked charts", root

@@ -48,7 +48,7 @@ def program(chart: Chart) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ProgramPrinter:
-    """Prints what differs between machines."""
+    """Prints the parts of a machine that depend on its chart."""
 
     plan: Plan
     out: Emitter
@@ -205,7 +205,7 @@ class ProgramPrinter:
             self.out.line("return -1")
 
     def _of(self, transition: Transition | None = None) -> AwkStatements:
-        """Return what prints content, that of a transition with the event it answers."""
+        """Return a printer of content; with a transition, for its event."""
         payload = None if transition is None else payload_of(self.chart, transition)
         return AwkStatements(self.chart, self.out, payload or {})
 
@@ -303,7 +303,7 @@ class ProgramPrinter:
 
 
 def _kept(kept: Kept) -> str:
-    """Return what a history records of a region."""
+    """Return the record of a region by a history."""
     if kept.states is None:
         return f"NUMBER[{kept.region}]"
     *others, last = kept.states

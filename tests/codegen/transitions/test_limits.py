@@ -99,7 +99,7 @@ REFUSED = {
     "a range": (simple("{entry: near += 1}"), "can leave 0..9", "near += 1"),
     "the configuration in content": (
         simple("{on: {go: {target: t, do: act(1 if In(s) else 2)}}}"),
-        "in the midst of a step",
+        "during a step",
         "In(s)",
     ),
     "fields that stand elsewhere": (
@@ -118,12 +118,12 @@ REFUSED = {
         REGIONS.replace("out: {}", "out: {on: {back: l2}}")
         .replace("LEFT", "l2")
         .replace("RIGHT", "r2"),
-        "no way into one region of `p`",
+        "no transition into one region of `p`",
         "l2",
     ),
     "the way to another region": (
         REGIONS.replace("LEFT", "r2").replace("RIGHT", "{do: n = 1}"),
-        "no way from one region to another",
+        "no transition from one region to another",
         "r2",
     ),
     "an exit on the way in": (

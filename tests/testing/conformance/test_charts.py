@@ -83,7 +83,7 @@ def test_what_the_compiler_says_is_the_reason(
     monkeypatch.setenv("CC", str(compiler))
     reading = read_chart(folder / "a/good.scxml", "good", 20)
     assert reading.stage is Stage.CHART
-    assert reading.reason.endswith("refused the generated code: a.c:2: error: y")
+    assert reading.reason.endswith("rejected the generated code: a.c:2: error: y")
 
 
 def test_tests_are_no_charts_as_they_are_found(folder: Path) -> None:

@@ -68,7 +68,7 @@ class Values:
         *,
         trusted: bool,
     ) -> None:
-        """Print that what an expression gives is stored; ``rejected``: the counter's address."""
+        """Print the store of an expression's value; ``rejected``: the counter's address."""
         match type_:
             case lang.BoolType():
                 self.require_whole(out, text)

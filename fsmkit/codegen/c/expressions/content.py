@@ -51,7 +51,7 @@ class ContentPrinter(StatementPrinter):
     """The statement that skips the rest of the block."""
 
     def __init__(self, names: Names, functions: Unit) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         self._names = names
         self.out = Emitter()
         self.printer = Printer(names)

@@ -34,7 +34,7 @@ class ActionPrinter:
     """Prints actions."""
 
     def __init__(self, names: Names, content: ContentPrinter) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         self.names = names
         self.plan: Plan = names.plan
         self.chart = names.chart

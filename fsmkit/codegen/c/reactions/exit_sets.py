@@ -18,7 +18,7 @@ class ExitPrinter:
     """Prints the functions that exit regions, and the calls of them."""
 
     def __init__(self, actions: ActionPrinter, histories: HistoryPrinter) -> None:
-        """Print with these."""
+        """Create a printer that uses these printers."""
         self.names = actions.names
         self.plan = actions.plan
         self._actions = actions

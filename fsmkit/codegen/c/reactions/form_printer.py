@@ -32,7 +32,7 @@ class FormPrinter(ABC):
     """Prints the functions that change the configuration."""
 
     def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         self.names = names
         self.plan: Plan = names.plan
         self.chart = names.chart

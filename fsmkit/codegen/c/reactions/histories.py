@@ -14,10 +14,10 @@ from fsmkit.plan.operations import Record
 
 
 class HistoryPrinter:
-    """Prints what records histories, as far as they have members of their own."""
+    """Prints the recording of histories that have members of their own."""
 
     def __init__(self, names: Names) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         self.names = names
         self.plan = names.plan
         own = {history for history, _ in names.histories}
@@ -54,13 +54,13 @@ class HistoryPrinter:
         out.line()
 
     def record_if(self, out: Emitter, history: int, test: str) -> None:
-        """Print that a history is recorded if its parent is active and a test holds."""
+        """Print the recording of a history if its parent is active and a test holds."""
         active = self.names.in_state("m", self.plan.parents[history]).at(ATOM)
         with out.block(f"if ({test} && {active}) {{ {self.names.note(history)}"):
             self._record(out, history)
 
     def record_all(self, out: Emitter, records: Iterable[Record]) -> None:
-        """Print that histories are recorded."""
+        """Print the recording of histories."""
         for record in records:
             if record.history not in self.every:
                 continue

@@ -29,7 +29,7 @@ class InvocationPrinter:
     """Prints the exchange of a machine with the machines it invokes and with its invoker."""
 
     def __init__(self, names: Names, content: ContentPrinter) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         self.names = names
         self.chart = names.chart
         self.content = content

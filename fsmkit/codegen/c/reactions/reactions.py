@@ -82,7 +82,7 @@ class ReactionPrinter:
         form: FormPrinter,
         selection: SelectionPrinter,
     ) -> None:
-        """Print with these."""
+        """Create a printer that uses these printers."""
         self.names = names
         self.chart = names.chart
         self.plan: Plan = names.plan

@@ -42,7 +42,7 @@ class SelectionPrinter:
     """Prints the functions that select."""
 
     def __init__(self, names: Names, content: ContentPrinter, functions: Unit) -> None:
-        """Print with these names; guards that need a function have it in ``functions``."""
+        """Create a printer with these names; guards that are functions go to ``functions``."""
         self.functions = functions
         self._guards: dict[int, str] = {}
         self._texts: dict[tuple[int, tuple[int, ...]], Guard] | None = {}

@@ -31,7 +31,7 @@ class StepPrinter:
         answers: Unit,
         invocation: InvocationPrinter,
     ) -> None:
-        """Print with these; ``answers``: the functions that answer events."""
+        """Create a printer that uses these; ``answers``: the functions that handle events."""
         self.names = names
         self.chart = names.chart
         self.content = content

@@ -24,7 +24,7 @@ class StraightPrinter(FormPrinter):
     """Prints the functions of single states, and calls of them."""
 
     def __init__(self, names: Names, content: ContentPrinter, selection: SelectionPrinter) -> None:
-        """Print with these names."""
+        """Create a printer with these names."""
         super().__init__(names, content, selection)
         self._exits = ExitPrinter(self.actions, self.histories)
         self._entries: dict[int, Lines] = {}
@@ -69,7 +69,7 @@ class StraightPrinter(FormPrinter):
         return self._entries[state]
 
     def entry(self, out: Emitter, ops: Ops) -> None:
-        """Print what is entered."""
+        """Print the entry of states."""
         for op in ops:
             match op:
                 case Enter(state, defaults):

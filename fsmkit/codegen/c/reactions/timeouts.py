@@ -46,7 +46,7 @@ class TimeoutPrinter:
         reactions: ReactionPrinter,
         invocation: InvocationPrinter,
     ) -> None:
-        """Print with these."""
+        """Create a printer that uses these printers."""
         self.names = names
         self.chart = names.chart
         self.selection = selection

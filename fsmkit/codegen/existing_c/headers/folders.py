@@ -69,8 +69,8 @@ def compiler_of(command: Sequence[str], options: Sequence[str]) -> Compiler:
         last = next((each for each in reversed(output.splitlines()) if each.strip()), "nothing")
         raise fail(
             "header-not-read",
-            f"`{command[0]} -E -v` names no folder of headers; it says: {last.strip()[:200]}",
-            help="set CC to the C compiler of the build, and give its options behind `--`",
+            f"`{command[0]} -E -v` names no folder of headers; it prints: {last.strip()[:200]}",
+            help="set CC to the C compiler of the build, and give its options after `--`",
         )
     target = TARGET.search(output)
     own = tuple(word for word in command[1:] if word.startswith(OPTION_PREFIXES))

@@ -116,7 +116,7 @@ def _cindex() -> Any:
     except Exception as error:  # (ImportError, or LibclangError of a package without its library)
         raise fail(
             "missing-package",
-            "reading headers needs the package libclang, which is not there or does not load",
+            "reading headers needs the package libclang, which is missing or does not load",
             help="install it: `pip install fsmkit[headers]`; or write the binding by hand",
         ) from error
     return cindex
@@ -196,7 +196,7 @@ class _Parser:
             raise fail(
                 "header-not-read",
                 f"`{self.path.name}` cannot be read with these options",
-                help="give the options that your build gives the compiler behind `--`",
+                help="give the compiler options of your build after `--`",
             ) from error
 
     def _stop_on_errors(self, unit: Any) -> None:
@@ -211,7 +211,7 @@ class _Parser:
             "header-not-read",
             f"{where}{first.spelling}{more}",
             _place(first),
-            help="give the options that your build gives the compiler behind `--`, as "
+            help="give the compiler options of your build after `--`, as "
             "`-- -Iinc -DSTM32F407xx`, and set CC to the compiler of the target",
         )
 

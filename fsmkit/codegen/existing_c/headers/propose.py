@@ -148,7 +148,7 @@ def _members(type_: lang.EnumType, enumeration: Enumeration) -> dict[str, str] |
 
 
 def _differences(type_: lang.EnumType, enumeration: Enumeration) -> str:
-    """Return how the numbers of an enumeration differ although all names exist."""
+    """Return the differing numbers of an enumeration all of whose names exist, as a text."""
     different = []
     for number, member in zip(type_.numbers, type_.members, strict=True):
         best = alike(plain(member), enumeration.constants, _name)
