@@ -1,4 +1,4 @@
-"""The Chart: what a document means. Inheritance resolved, names bound, types known, frozen.
+"""The Chart: a document with inheritance resolved, names bound and types known; frozen.
 
 From here on no unread text and no unresolved name exists. States and transitions are in document
 order and refer to each other by index; state 0 is the root.
@@ -76,7 +76,7 @@ class State:
 
 
 OPEN_ENDED = 1 << 30
-"""Ticks from the least delay of an interval to its end, where it has none."""
+"""Ticks between the minimum and the maximum of an interval without an upper bound."""
 
 
 @fast_init
@@ -107,8 +107,7 @@ class Transition:
     """The delay as it was written, if it is a number with a unit."""
     least: int | None = None
     timer: int | None = None
-    """The first transition that waits for the same timer, which is the timer's number; None for
-    transitions that wait for no timer."""
+    """The timer's number: the first transition that waits for it. None if it waits for none."""
     id: str | None = None
     watchdog: bool = False
     ordered: bool = False
@@ -239,7 +238,7 @@ class Invocation:
 
     @property
     def answers(self) -> tuple[Passage | None, ...]:
-        """By event of the invoked chart: what it becomes here, with all its fields."""
+        """By event of the invoked chart, its passage into this chart, with all fields."""
         return tuple(
             None if event is None else Passage(event, tuple(range(len(inner.fields))))
             for event, inner in zip(self.returns, self.chart.events, strict=True)
@@ -276,7 +275,7 @@ class CopyOf:
 
 @dataclass(frozen=True, slots=True)
 class Capacities:
-    """The bounds of a machine; what happens at each is never silent."""
+    """The bounds of a machine; reaching one is always reported."""
 
     queue: int = 8
     """Events in the external queue."""
@@ -292,7 +291,7 @@ class Capacities:
 
 @dataclass(frozen=True)
 class Chart:
-    """A statechart, whole and sound: what interpreter, checks, drawing and lowering read."""
+    """A complete, valid statechart: the input of interpreter, checks, drawing and lowering."""
 
     name: str
     states: tuple[State, ...]
@@ -320,7 +319,7 @@ class Chart:
     done: int | None = None
     """For an invoked chart: the event that it sends at its end (``done.invoke.id``)."""
     entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
-    """Entry points, where another chart uses this one: names with what they enter."""
+    """Entry points for charts that use this one: names with the states that they enter."""
     copies: tuple[CopyOf, ...] = ()
     """The copies of used charts, in document order; one within another follows it."""
     properties: tuple[DocProperty, ...] = ()

@@ -105,7 +105,7 @@ def _elaborate(
     constants: Mapping[str, Literal] = NO_CONSTANTS,
     is_used: bool = False,
 ) -> _Elaborated | None:
-    """Return a chart without what the checks say; sound only if no error was found."""
+    """Return a chart without running the checks; it is valid only if no error was found."""
     resolved = resolve_inheritance(documents, findings)
     survey = as_globals(Survey(inline_functions(resolved.document)))
     resolved = replace(resolved, document=survey.document)

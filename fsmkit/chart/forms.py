@@ -29,7 +29,7 @@ MOST = 1 << 17
 _numbers = count()
 _forms: dict[Any, int] = {}
 _known: dict[int, tuple[object, int]] = {}
-"""By identity, with what keeps it."""
+"""Forms by identity of the node, with the node, which keeps the identity valid."""
 _types: dict[int, tuple[Type, int]] = {}
 
 
@@ -114,7 +114,7 @@ def _of_tuple(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _of_object(value: object) -> tuple[type, int]:
-    """Write what lives as long as a chart, a member or a function, by its identity."""
+    """Return the identity of a value that lives as long as a chart, such as a function."""
     return value.__class__, id(value)
 
 

@@ -45,11 +45,11 @@ SPLIT = "split the chart into several machines"
 
 
 def check_document(document: Document, states: Sequence[DocState], findings: Findings) -> bool:
-    """Return whether a document has no more of anything than allowed; report what is too much.
+    """Return whether a document keeps all limits; report those that it exceeds.
 
     ``states``: all states, the root first. The names of events and the content of copies are
-    counted later, by `check_limits`. This comes before any type is read, so that a large file is
-    rejected soon.
+    counted later, by `check_limits`. This check runs before any type is read, so that a large file
+    is rejected early.
     """
     at = document.root.span
     data = len(document.data) + sum(len(state.data) for state in states)

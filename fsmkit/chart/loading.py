@@ -29,18 +29,18 @@ MOST_BESIDE = 1_000
 
 
 class Texts(Protocol):
-    """Files as an editor has them, and what was read of files before."""
+    """Files as an editor has them, and a cache of parsed files."""
 
     def content(self, path: Path) -> bytes | None:
-        """Return the content of a file that is not saved; None where the disk has it."""
+        """Return the content of an unsaved file, or None if the disk has it."""
         ...
 
     def known(self, path: Path, content: bytes) -> tuple[Document, Findings] | None:
-        """Return what was read of that content, under that path."""
+        """Return the cached document and findings of that content at that path, if any."""
         ...
 
     def keep(self, path: Path, content: bytes, document: Document, findings: Findings) -> None:
-        """Keep what was read, with what was found odd in it."""
+        """Cache a parsed document with its findings."""
         ...
 
 
@@ -67,7 +67,7 @@ def stamp(path: Path) -> Stamp:
 
 
 def load(path: str | Path) -> Chart:
-    """Return the chart of a file; `FsmkitError` with every finding where it has an error."""
+    """Return the chart of a file; raise `FsmkitError` with all findings if it has an error."""
     return load_with_findings(path, Findings())
 
 
@@ -82,7 +82,7 @@ def load_with_findings(path: str | Path, findings: Findings, *, strict: bool = F
 def elaborated(
     documents: tuple[Document, ...], findings: Findings, *, strict: bool = False
 ) -> Chart:
-    """Return the chart of a document, which is followed by those it extends."""
+    """Return the chart of the first document; its bases follow it."""
     chart = elaborate(documents, findings, strict=strict)
     findings.stop_on_errors()
     if chart is None:
@@ -209,7 +209,7 @@ def base_documents(document: Document, findings: Findings) -> tuple[Document, ..
 def read_chain(
     path: Path, findings: Findings, at: Text | None = None, first: Document | None = None
 ) -> tuple[Document, ...]:
-    """Return the document of a file and those it extends, without what they invoke."""
+    """Return the document of a file and its bases, without the charts that they invoke."""
     documents: list[Document] = []
     seen: list[Path] = []
     while True:
@@ -232,12 +232,12 @@ def read_chain(
 
 
 def named_file(file: Path, name: str) -> Path:
-    """Return the file that another one names: beside it, or where its project searches."""
+    """Return the file that another one names: beside it, or on its project's search path."""
     return searched(file, name, file.parent / name)
 
 
 def searched(file: Path, name: str, own: Path) -> Path:
-    """Return a path, or where nothing is there, what the project of a file finds by the name."""
+    """Return the path ``own`` if it exists, or the path that the file's project resolves."""
     texts = TEXTS.get()
     if texts is not None and texts.content(own) is not None:
         return own
@@ -297,7 +297,7 @@ def read_object(reference: str, findings: Findings) -> Document | None:
 
 
 def read_bytes(path: Path, at: Text | None = None) -> bytes:
-    """Return the content of a file, or raise a diagnostic that says why it cannot be read."""
+    """Return the content of a file, or raise a diagnostic with the reason why it is unreadable."""
     texts = TEXTS.get()
     unsaved = None if texts is None else texts.content(path)
     if unsaved is not None:

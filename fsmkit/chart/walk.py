@@ -10,7 +10,7 @@ from fsmkit.language.walk import nodes
 
 
 def own_nodes(chart: Chart) -> Iterator[object]:
-    """Yield every node of a chart; what it invokes has its own."""
+    """Yield every node of a chart, without those of invoked charts."""
     return nodes(tuple(getattr(chart, f.name) for f in fields(chart) if f.name != "invocations"))
 
 

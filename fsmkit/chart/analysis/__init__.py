@@ -1,4 +1,4 @@
-"""Analyses: a Chart in, what holds of all its runs out.
+"""Analyses: from a Chart, derive facts that hold in all its runs.
 
 Each is a pure function of a Chart. What it claims is on the safe side: it may miss, it never errs.
 """

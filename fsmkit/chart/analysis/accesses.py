@@ -28,7 +28,7 @@ class Accesses:
     written: Names = NONE
 
     def then(self, later: Accesses) -> Accesses:
-        """Return what both do, one after the other."""
+        """Return the accesses of two parts that run one after the other."""
         return Accesses(
             self.reads | (later.reads - self.certain),
             self.certain | later.certain,

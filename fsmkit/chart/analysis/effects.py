@@ -51,12 +51,12 @@ def can_fault(node: object) -> bool:
 
 
 def can_end(node: object) -> bool:
-    """Whether a statement, or one of a block, can end its block; its conditions count, too."""
+    """Whether a statement, its conditions, or a statement of a block can end its block."""
     return bool(_facts(node) & (FAILS | ENDS))
 
 
 def can_break_off(statement: stmt.Statement) -> bool:
-    """Whether a statement can end its block where a condition that fails is only false.
+    """Whether a statement can end its block if a failing condition counts as false.
 
     (SCXML 5.9.1.) A condition that faults ends it all the same.
     """
@@ -128,7 +128,7 @@ class Outcomes:
     facts: int
 
     def __or__(self, other: Outcomes) -> Outcomes:
-        """Return what may happen in either of two nodes."""
+        """Return the effects that are possible in either of two nodes."""
         return Outcomes(self.facts | other.facts)
 
     @property
@@ -158,7 +158,7 @@ class Outcomes:
 
 
 def outcomes(node: object) -> Outcomes:
-    """Return what may happen in a node; for a whole chart, which is walked through once."""
+    """Return the possible effects of a node, such as a whole chart, in one walk."""
     return Outcomes(_facts(node))
 
 
@@ -174,7 +174,7 @@ _known: dict[int, tuple[object, int]] = {}
 
 
 def _facts(node: Any) -> int:
-    """Return what may happen in a node and below it. A node that is kept keeps its identity."""
+    """Return the possible effects of a node as bits; cached by the identity of the node."""
     kind = node.__class__
     if kind is tuple:
         found = 0
@@ -192,7 +192,7 @@ def _facts(node: Any) -> int:
 
 
 def _inner(parts: Any) -> int:
-    """Return what may happen in the parts of a node, of which some are None."""
+    """Return the possible effects of the parts of a node; parts may be None."""
     found = 0
     for part in parts:
         if part is not None:
@@ -209,14 +209,14 @@ def _kept(node: object, facts: int) -> int:
 
 @by_form
 def _of_form(node: Any) -> int:
-    """Return what may happen in a whole statement or guard: the same for all of its form."""
+    """Return the possible effects of a statement or guard, which depend on its form only."""
     own, take = _rules(node.__class__)
     return (0 if own is None else own(node)) | (0 if take is None else _inner(take(node)))
 
 
 @cache
 def _rules(kind: Any) -> tuple[Callable[[Any], int] | None, Callable[[Any], Any] | None]:
-    """Return what may happen in a node of a class itself, and how to take what it holds."""
+    """Return the function for the own effects of a class of nodes, and its getter of children."""
     return OWN.get(kind), child_getter(kind) if can_have_children(kind) else None
 
 
@@ -281,7 +281,7 @@ OWN: Mapping[type, Callable[[Any], int]] = {
     ),
     stmt.Fail: lambda _: ENDS,
 }
-"""By class of a node, what may happen in it besides its parts."""
+"""By class of a node, its possible effects without those of its parts."""
 
 
 # --- reading and writing --------------------------------------------------------------------------
@@ -336,7 +336,7 @@ def of_entry(chart: Chart, state: State) -> Effects:
 
 
 def done_event(chart: Chart, state: State) -> int | None:
-    """Return the event that entering a final state raises (SCXML 3.7), if the chart knows it."""
+    """Return the event that entering a final state raises (SCXML 3.7), if the chart has it."""
     if state.kind is not Kind.FINAL or not state.parent:
         return None
     return chart.event_index.get("done.state." + chart.states[state.parent].id)

@@ -52,7 +52,7 @@ Cases = Sequence[tuple[Fact, ...]]
 
 
 def are_exclusive(chart: Chart, first: lang.Expr, second: lang.Expr) -> bool:
-    """Whether no valuation satisfies both. False where the form does not show it.
+    """Whether no valuation satisfies both. False if the form does not prove it.
 
     An operation of the host is taken to answer alike both times.
     """
@@ -60,7 +60,7 @@ def are_exclusive(chart: Chart, first: lang.Expr, second: lang.Expr) -> bool:
 
 
 def implies(chart: Chart, first: lang.Expr, second: lang.Expr) -> bool:
-    """Whether the second holds whenever the first does. False where the form does not show it."""
+    """Whether the second holds whenever the first does. False if the form does not prove it."""
     return _exclude(chart, cases(first, holds=True), cases(second, holds=False))
 
 
@@ -84,10 +84,10 @@ def can_hold_together(chart: Chart, facts: Iterable[Fact]) -> bool:
 
 
 def _fits(facts: Sequence[Fact]) -> bool:
-    """Whether all comparisons of a conjunction can hold, by what their operands lie between.
+    """Whether all comparisons of a conjunction can hold, given the ranges of their operands.
 
-    A comparison with a constant narrows its other operand, wherever that stands. One that does not
-    hold may have failed, and says nothing then.
+    A comparison with a constant narrows every occurrence of its other operand. A comparison that
+    does not hold may have failed, so it narrows nothing.
     """
     known: dict[lang.Expr, Range] = {}
     compared: list[tuple[lang.Expr, lang.BinaryOp, lang.Expr]] = []
@@ -248,9 +248,9 @@ def _satisfies(value: object, op: lang.BinaryOp, bound: object) -> bool:
 
 
 def outcome(expr: lang.Binary) -> bool | None:
-    """Return what a comparison gives by the types of its operands; None if it depends.
+    """Return the value of a comparison that the types of its operands decide, or None.
 
-    The operands must be free of effects, and of failure: they are not evaluated then.
+    The operands must have no effects and no failures, because they are no longer evaluated.
     """
     if expr.op not in HOLDS:
         return None
@@ -267,7 +267,7 @@ def outcome(expr: lang.Binary) -> bool | None:
 
 
 def joint_outcome(expr: lang.Binary) -> bool | None:
-    """Return what ``x < 2 && x > 5`` or ``x > 2 || x < 5`` gives; None if it depends."""
+    """Return the constant value of ``x < 2 && x > 5`` or ``x > 2 || x < 5``, or None."""
     left, right = _comparison(expr.left, holds=True), _comparison(expr.right, holds=True)
     if left is None or right is None or left[0] != right[0]:
         return None

@@ -26,7 +26,7 @@ MOST_SPLITS = 5
 
 
 def facts_in_content(chart: Chart, transition: Transition) -> Facts:
-    """Return what the guard of a transition says that still holds when its content starts.
+    """Return the facts of a transition's guard that still hold when its content starts.
 
     Exit handlers run in between, and the content of transitions in other regions.
     """
@@ -149,7 +149,7 @@ def _compared(operand: lang.Expr, op: lang.BinaryOp, bound: int) -> lang.Binary:
 
 
 def _few(facts: Facts) -> Sequence[Fact]:
-    """Return facts whose alternatives can be compared; to omit one is to know less."""
+    """Return the facts whose alternatives can be compared; omitting a fact is safe."""
     found: list[Fact] = []
     count = 1
     for expr, holds in facts:
@@ -161,7 +161,7 @@ def _few(facts: Facts) -> Sequence[Fact]:
 
 
 def _steady(expr: lang.Expr, *, holds: bool) -> Facts:
-    """Return what a condition says, in parts, without what another evaluation may answer."""
+    """Return the facts of a condition that a second evaluation cannot change."""
     match expr:
         case lang.Unary(lang.UnaryOp.NOT, operand):
             return _steady(operand, holds=not holds)
@@ -176,7 +176,7 @@ def _steady(expr: lang.Expr, *, holds: bool) -> Facts:
 
 
 def _lasting(expr: lang.Expr, *, holds: bool) -> Facts:
-    """Return what a condition says that only assignments of the chart can change."""
+    """Return the facts of a condition that only assignments of the chart can change."""
     return tuple(fact for fact in _steady(expr, holds=holds) if all(map(_lasts, nodes(fact[0]))))
 
 

@@ -33,10 +33,10 @@ class _TransitionAccesses:
     """The accesses of one transition; ``entered``: atomic states with the variables written."""
 
     sources: tuple[tuple[int, Names], ...]
-    """Atomic states that it can leave, with what leaving each surely writes."""
+    """Atomic states that it can leave, with the variables that leaving each surely writes."""
     reads: Names
     written: Names
-    """By its content, surely."""
+    """Variables that its content surely writes."""
     entered: tuple[tuple[int, Names], ...]
 
 
@@ -92,14 +92,14 @@ class _Tree:
         """All but initial and default transitions, which are part of entering."""
 
     def _blocks(self, blocks: Iterable[Block]) -> Accesses:
-        """Return what handlers do one after another; an error in one does not skip the next."""
+        """Return the accesses of consecutive handlers; an error in one does not skip the next."""
         found = Accesses()
         for block in blocks:
             found = found.then(accesses(block))
         return found.restricted_to(self.names)
 
     def _content(self, transition: Transition) -> Accesses:
-        """Return what content does; fields that all its events have can be read without fail."""
+        """Return the accesses of content; reading fields that all its events have cannot fail."""
         fields: Names = NONE
         if transition.trigger is Trigger.EVENT and transition.events:
             each = [{f.name for f in self.chart.events[e].fields} for e in transition.events]
@@ -112,7 +112,7 @@ class _Tree:
         return self.leaves[bisect_left(self.leaves, state) : bisect_right(self.leaves, last)]
 
     def _path(self, leaf: int, domain: int | None) -> Iterator[int]:
-        """Yield a state and its ancestors below a domain; none where that is not known."""
+        """Yield a state and its ancestors below a domain; nothing if the domain is unknown."""
         for state in (leaf, *self.chart.ancestors(leaf)):
             if domain is None or not self.chart.is_descendant(state, domain):
                 return
@@ -121,7 +121,7 @@ class _Tree:
     # --- what is read ----------------------------------------------------------------------------
 
     def reads_while_active(self) -> Mapping[int, Names]:
-        """Return for each atomic state what can be read as long as it is active, or when left."""
+        """Return by atomic state the variables that can be read while it is active or left."""
         found: dict[int, Names] = dict.fromkeys(self.leaves, NONE)
         for state in self.chart.states:
             reads = self.exits[state.index].reads
@@ -156,7 +156,7 @@ class _Tree:
         return found
 
     def _entering(self, state: State) -> Accesses:
-        """Return what entering a state does, by default if so, or as a history without a value."""
+        """Return the accesses of entering a state, including its default or initial transition."""
         found = self.entries[state.index]
         if state.initial is not None:
             found = found.then(self.contents[state.initial])
@@ -165,13 +165,13 @@ class _Tree:
     # --- what is entered -------------------------------------------------------------------------
 
     def _domain(self, transition: Transition) -> int | None:
-        """Return below which state all is left and entered; None where it hangs on a history."""
+        """Return the domain of a transition, or None if it depends on a history."""
         if has_history_target(self.chart, transition):
             return None
         return domain_of(self.chart, transition)
 
     def entered(self, transition: Transition) -> frozenset[int]:
-        """Return the states that a transition can enter, and the histories on the step."""
+        """Return the states that a transition can enter, and the histories on the path."""
         wanted = frozenset(transition.targets)
         domain = self._domain(transition)
         while True:
@@ -190,7 +190,7 @@ class _Tree:
     # --- what is seen of a step that changes nothing else ----------------------------------------
 
     def written_in_place(self, observed: frozenset[int]) -> Iterator[tuple[int, Names]]:
-        """Yield atomic states, and what macrosteps from there and back to there can write."""
+        """Yield atomic states, with the variables that a macrostep back to them can write."""
         raised = self._raised() if observed else frozenset()
         follow = {t.index for t in self.taken if self._follows(t, raised)}
         late = {t.index for t in self.taken if self._starts_macrostep(t)}

@@ -78,7 +78,7 @@ MIRRORED = {
     lang.BinaryOp.GT: lang.BinaryOp.LT,
     lang.BinaryOp.GE: lang.BinaryOp.LE,
 }
-"""The comparisons, and what each is with its sides exchanged."""
+"""The comparisons, each with the equivalent one for exchanged operands."""
 
 
 class Place(NamedTuple):
@@ -251,7 +251,7 @@ class _Ahead:
 
 
 class _Flows:
-    """The places of machines, what is copied between them, and what is done with their values."""
+    """The places of machines, the copies between them, and the uses of their values."""
 
     def __init__(self, *, observed: bool, enumerated: int = ENUMERATED) -> None:
         self.observed = observed
@@ -264,7 +264,7 @@ class _Flows:
         self.strings: set[str] = set()
 
     def ahead(self, place: Place) -> _Ahead:
-        """Return what happens to a value at a place, and behind it."""
+        """Return the uses of a value at a place and at all places that it is copied to."""
         found, seen, left = _Ahead(set(), set(), None), {place}, [place]
         for at in left:
             found.cuts |= self.cuts.get(at, set())

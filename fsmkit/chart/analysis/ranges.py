@@ -1,4 +1,4 @@
-"""Between which values an expression lies: where a result cannot leave its type, nothing wraps."""
+"""Ranges of expressions: a result that cannot leave its type needs no wrap-around."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class _Candidate:
     holds: Cases | None = None
     """The cases in which the guard holds; None without a guard."""
     fails: Cases | None = None
-    """The cases in which it does not; None where it may fail or call an operation."""
+    """The cases in which it does not hold; None if it may fail or call an operation."""
 
 
 def check(chart: Chart, findings: Findings) -> None:
@@ -49,7 +49,7 @@ def dead_transitions(chart: Chart) -> Iterator[tuple[Transition, Transition]]:
 
 
 def is_unguarded(transition: Transition) -> bool:
-    """Whether a transition is enabled whenever it is looked at."""
+    """Whether a transition is enabled whenever its guard is evaluated."""
     guard = transition.guard
     return guard is None or (isinstance(guard, Literal) and guard.value is True)
 

@@ -9,7 +9,7 @@ from fsmkit.document.document import Kind
 
 
 def check(chart: Chart, findings: Findings) -> None:
-    """Report each transition once, with the first state that defers what it is taken on."""
+    """Report each transition once, with the first state that defers its event."""
     deferring = [state for state in chart.states if state.defer]
     if not deferring:
         return

@@ -24,9 +24,9 @@ LONGEST = 12
 MOST_STEPS = 1000
 """Steps of the search in one chart."""
 MOST_EFFORT = 300_000
-"""Guards that are looked at in one chart, and pairs of them that are compared."""
+"""The most guards that are examined in one chart, and pairs that are compared."""
 Following = tuple[tuple[Transition, tuple[Fact, ...]], ...]
-"""The transitions that can be taken next, each with what must hold for it."""
+"""The transitions that can be taken next, each with its required facts."""
 
 
 def check(chart: Chart, findings: Findings) -> None:
@@ -117,13 +117,13 @@ class _Search:
         return None
 
     def _joined(self, facts: tuple[Fact, ...], needed: tuple[Fact, ...]) -> tuple[Fact, ...]:
-        """Return what must hold of both; nothing is lost where an equal guard is there twice."""
+        """Return the facts of both, without duplicates of the same guard."""
         self.effort += len(facts) + len(needed)
         known = {(id(guard), value) for guard, value in facts}
         return (*facts, *(fact for fact in needed if (id(fact[0]), fact[1]) not in known))
 
     def _can_hold(self, facts: tuple[Fact, ...]) -> bool:
-        """Whether guards can hold at once; false where that is too much to find out."""
+        """Whether guards can hold at once; False if the decision exceeds the effort limit."""
         self.effort += len(facts) ** 2
         return self.effort <= MOST_EFFORT and can_hold_together(self.chart, facts)
 
@@ -136,13 +136,13 @@ class _Search:
         return not moving and not calls(guard)
 
     def _place(self, transition: Transition) -> tuple[tuple[int, ...], int]:
-        """Return all on which it depends what can follow: the targets, and the domain."""
+        """Return the targets and the domain, which determine the transitions that can follow."""
         if not transition.targets:
             return (), transition.source
         return transition.targets, lcca(self.chart, (transition.source, *transition.targets))
 
     def _following(self, place: tuple[tuple[int, ...], int]) -> Following:
-        """Return what can be taken next, and what must hold: its guard, and no guard before it."""
+        """Return the next transitions and their facts: the guard holds, no earlier one does."""
         if place not in self._next:
             self._next[place] = tuple(self._found(*place))
         return self._next[place]
@@ -175,12 +175,12 @@ class _Search:
         return [self.all[n] for n in self.chart.states[state].transitions if n in self.all]
 
     def _never_changes(self, path: tuple[Transition, ...], facts: tuple[Fact, ...]) -> bool:
-        """Whether nothing that the guards read is changed by what may be done meanwhile."""
+        """Whether no content along the path writes a variable that the guards read."""
         read = variables(tuple(expr for expr, _ in facts))
         return read.isdisjoint(self._changed(path))
 
     def _changed(self, path: tuple[Transition, ...]) -> set[str]:
-        """Return what is written on the way, and by eventless transitions of other regions."""
+        """Return the variables that the path and eventless transitions of other regions write."""
         chart = self.chart
         blocks: list[Block] = [t.content for t in self.all.values()]
         domains = [lcca(chart, (t.source, *t.targets)) for t in path if t.targets]

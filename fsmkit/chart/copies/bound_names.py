@@ -61,7 +61,7 @@ class Binder:
         return self.copy.used.chart
 
     def _kind(self, one: DocArgument) -> tuple[str, str] | None:
-        """Return what a bound name is in the used chart."""
+        """Return the kind and the name that a binding refers to in the used chart, or None."""
         name = one.name.value
         word, _, rest = name.partition(" ")
         chart = self.chart
@@ -111,7 +111,7 @@ class Binder:
                 yield event, one.value.value.strip(), one
 
     def check_event(self, inner: Event, outer: Event, at: Text) -> None:
-        """Report an event that cannot be what another one is in the used chart."""
+        """Report an event that an event of the used chart cannot be bound to."""
         types = self.types
         fields = {f.name: f.type for f in outer.fields}
         own = {f.name: mapped_type(f.type, types) for f in inner.fields}
@@ -153,7 +153,7 @@ class Binder:
     # --- variables ------------------------------------------------------------------------
 
     def variables(self) -> dict[str, lang.Expr]:
-        """Return what is read for each variable of the used chart."""
+        """Return the expression that replaces a read of each variable of the used chart."""
         own = own_names(self.copy, self.types)
         found: dict[str, lang.Expr] = {}
         for kind, group in (
@@ -217,7 +217,7 @@ class Binder:
     def operations(
         self, declared: Mapping[str, Operation]
     ) -> dict[str, str | tuple[tuple[str, ...], lang.Call]]:
-        """Return what is called for each operation; ``declared``: those of the chart around."""
+        """Return the call that replaces each operation; ``declared``: those of the using chart."""
         found: dict[str, str | tuple[tuple[str, ...], lang.Call]] = {}
         for operation in self.chart.operations:
             one = self.given.get(("operation", operation.name))
@@ -301,7 +301,7 @@ def mapper_of(
     events: tuple[Event, ...],
     operations: Mapping[str, Operation],
 ) -> Mapper:
-    """Return what all names of a used chart become in a copy.
+    """Return the mapper from all names of a used chart to those in a copy.
 
     ``base`` is the index of the using state, ``slot`` of its first invocation.
     """

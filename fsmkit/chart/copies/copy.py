@@ -29,7 +29,7 @@ class Used:
 
 @dataclass(frozen=True, slots=True)
 class Copy:
-    """One copy: where it stands, what it is a copy of, and how it is joined with the chart.
+    """A copy of a used chart: its location, the used chart, and its connections.
 
     ``prefix`` is the id of the state that it fills. ``index``: the constant of an array's element.
     """
@@ -42,7 +42,7 @@ class Copy:
     index: Mapping[str, Literal] = field(default_factory=dict)
 
     def name(self, inner: str) -> str:
-        """Return what something of the used chart is called here."""
+        """Return the name in this chart of an element of the used chart."""
         return f"{self.prefix}.{inner}"
 
 
@@ -52,4 +52,4 @@ class Place:
 
     constants: Mapping[str, Literal] = field(default_factory=dict)
     exit: Mapping[str, Expr] | None = None
-    """``exit.name`` with its expression, where content follows an exit point."""
+    """``exit.name`` with its expression, in content that follows an exit point."""

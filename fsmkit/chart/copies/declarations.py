@@ -90,9 +90,9 @@ def _alike(inner: lang.Type, outer: lang.Type) -> bool:
 
 
 def own_names(copy: Copy, types: Mapping[lang.Type, lang.Type]) -> dict[str, lang.Expr]:
-    """Return what the chart around can read of a copy by its dotted names, but for what is bound.
+    """Return the unbound variables and constants of a copy, by dotted name.
 
-    These are variables and constants.
+    The using chart can read them by these names.
     """
     chart = copy.used.chart
     bound = {one.name.value for one in copy.use.bind}
@@ -194,9 +194,9 @@ def mapped_fields(
 
 
 def event_name(copy: Copy, event: Event) -> str | None:
-    """Return what an event of a used chart that is not bound is called here.
+    """Return the name in this chart of an unbound event of a used chart.
 
-    None for its end: that is the done event of the state that it fills.
+    Return None for its end, which is the done event of the state that it fills.
     """
     if event.name == END:
         return None
@@ -211,9 +211,9 @@ def event_name(copy: Copy, event: Event) -> str | None:
 def joined_capacities(
     document: Document, capacities: Capacities, copies: tuple[Copy, ...]
 ) -> Capacities:
-    """Return the capacities of a chart with copies, where it does not say its own.
+    """Return the capacities of a chart with copies; it may declare its own.
 
-    Each copy may have as many sends pending as the used chart may; of all else the greatest counts.
+    The capacities for pending sends are added up. For all others the maximum counts.
     """
     given = {one.name.value for one in document.capacities}
     inner = [copy.used.chart.capacities for copy in copies]

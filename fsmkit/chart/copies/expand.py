@@ -38,12 +38,12 @@ class ElaborateUsed(Protocol):
         strict: bool,
         constants: dict[str, Literal],
     ) -> Used | None:
-        """Return the chart, None where there are errors."""
+        """Return the chart, or None if it has errors."""
         ...
 
 
 def has_copies(document: Document) -> bool:
-    """Whether a state says something of a used chart."""
+    """Whether a state uses a chart or is an element of an array of states."""
     return any(
         state.use is not None or state.index_range is not None for state in states(document.root)
     )

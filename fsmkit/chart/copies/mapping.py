@@ -1,4 +1,4 @@
-"""Change what names mean in a typed tree: variables, operations, events, types, states."""
+"""Map the names in a typed tree: variables, operations, events, types, states."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Mapper:
     """Reports a construct that a copy cannot express, with its location."""
 
     def name(self, inner: str) -> str:
-        """Return what something of the used chart is called here."""
+        """Return the name in this chart of an element of the used chart."""
         return f"{self.prefix}.{inner}"
 
     def type(self, type_: Type) -> Type:
@@ -110,7 +110,7 @@ def mapped_type(type_: Type, types: Mapping[Type, Type]) -> Type:
 
 @cache
 def _rest(kind: type[Any]) -> tuple[str, ...] | None:
-    """Return the fields of a node that may hold nodes or types; None for what is no node."""
+    """Return the fields of a class that may hold nodes or types; None if it is not a node."""
     if not is_dataclass(kind) or kind in (Span, *TYPES) or issubclass(kind, Type):
         return None
     plain = ("str", "int", "bool", "Span", "UnaryOp", "BinaryOp", "Function", "Storage")
@@ -198,7 +198,7 @@ class _Content:
         return replace(node, **new) if new else node
 
     def place(self, location: Any) -> Any:
-        """Return what is written, or gone through element by element: a variable, or a part."""
+        """Return the mapped location of an assignment or of a loop: a variable or a part of one."""
         if isinstance(location, Numbers) or (
             isinstance(location, Variable) and location.storage is Storage.LOCAL
         ):
@@ -271,7 +271,7 @@ class _Content:
         return tuple(found)
 
     def _send(self, node: stmt.Send) -> Any:
-        """Return a sent event; one that is bound goes where the event of this chart goes."""
+        """Return a sent event; a bound one gets the destination of the event of this chart."""
         m = self.mapper
         event = m.events[node.event]
         made = replace(
@@ -292,5 +292,5 @@ class _Content:
 
 
 def _stored(expr: Expr, type_: Type) -> Expr:
-    """Return a value as one of a type; the same where it is of it already."""
+    """Return a value converted to a type, or itself if it has that type."""
     return expr if expr.type == type_ else convert(expr, type_)

@@ -14,9 +14,9 @@ from fsmkit.document.document import Kind
 def check_copies(
     chart: Chart, check: Callable[[Chart, Findings], None], findings: Findings
 ) -> None:
-    """Add what checks find in a chart; of one place in a used chart only the first of its copies.
+    """Add the findings of ``check``; for one location in a used chart only that of the first copy.
 
-    The copies are named where the same is not found in all of them.
+    The message names the copies if not all of them have the finding.
     """
     if not chart.copies:
         check(chart, findings)

@@ -1,4 +1,4 @@
-"""Put what is typed of used charts into the chart that uses them."""
+"""Splice the typed parts of used charts into the chart that uses them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Spliced:
     places: Mapping[int, Place]
 
     def readable(self, scope: lang.Scope) -> lang.Scope:
-        """Return a scope in which names of copies that are bound can be read, too."""
+        """Return a scope that also has the bound names of copies."""
         found = dict(scope.copies)
         for copy, mapper in zip(self.copies, self.mappers, strict=True):
             found |= {copy.name(name): expr for name, expr in mapper.variables.items()}
@@ -114,7 +114,7 @@ class Spliced:
         return mapper.name(written)
 
     def resets(self, copy: int) -> Block:
-        """Return what sets the start values of a copy again, where it is so used."""
+        """Return the assignments that reset the variables of a copy, if its use says ``reset``."""
         if not self.copies[copy].use.reset:
             return ()
         span = self.copies[copy].use.span
@@ -157,7 +157,7 @@ class Spliced:
                 yield copy.name(name), replace(value, type=mapper.type(value.type))
 
     def script(self) -> Block:
-        """Return what the used charts execute before the chart does."""
+        """Return the scripts of the used charts, which run before that of the chart."""
         return tuple(
             statement
             for copy, mapper in zip(self.copies, self.mappers, strict=True)
@@ -165,7 +165,7 @@ class Spliced:
         )
 
     def finalized(self, events: Iterable[Event]) -> tuple[Event, ...]:
-        """Return the events, those of machines that copies invoke with what is run for them."""
+        """Return the events; those of machines that copies invoke have their ``finalize``."""
         found = {event.index: event for event in events}
         for copy, mapper in zip(self.copies, self.mappers, strict=True):
             for event in copy.used.chart.events:
@@ -189,7 +189,7 @@ class Spliced:
                 )
 
     def described(self) -> Iterator[CopyOf]:
-        """Yield what is known of the copies when the chart is done, those within them, too."""
+        """Yield the description of each copy in the finished chart, including nested copies."""
         for number, copy in enumerate(self.copies):
             base, chart = self.bases[number], copy.used.chart
             own = [*chart.data, *chart.inputs, *chart.outputs]
@@ -222,7 +222,7 @@ class Spliced:
 def _parts(
     place: lang.Location, value: lang.Literal
 ) -> Iterator[tuple[lang.Location, lang.Literal]]:
-    """Yield what a constant is assigned to, part by part: C knows none of several parts."""
+    """Yield the location and value of each part of a constant; C cannot assign arrays whole."""
     span = value.span
     match value.type, value.value:
         case lang.ArrayType(element, length), tuple(parts) if isinstance(place, lang.Variable):
@@ -246,7 +246,7 @@ def _shifted(
 
 
 def _passages(one: Invocation, mapper: Mapper) -> tuple[Passage | None, ...]:
-    """Return what each event of the chart becomes in an invoked machine: those the copy knows."""
+    """Return by event of the chart its passage into an invoked machine of the copy, or None."""
     found: list[Passage | None] = [None] * len(mapper.after)
     for event, passage in zip(mapper.before, one.passages, strict=True):
         here = mapper.events.get(event.index)
@@ -265,7 +265,7 @@ def _passages(one: Invocation, mapper: Mapper) -> tuple[Passage | None, ...]:
 def splicer_of(
     copies: tuple[Copy, ...], tree: Tree, names: Names, slots: int, findings: Findings
 ) -> Splicer:
-    """Return what joins copies with a chart of ``slots`` invocations of its own."""
+    """Return the splicer for copies and a chart with ``slots`` invocations of its own."""
     bases = {n.state.copy: n.index for n in tree.nodes if n.state.copied is None}
     first = []
     for copy in copies:
@@ -351,9 +351,9 @@ class Splicer:
     def spliced(
         self, scope: lang.Scope, events: tuple[Event, ...], operations: Iterable[Operation]
     ) -> Spliced | None:
-        """Return the copies joined with a chart whose names are known; None where that failed.
+        """Return the copies joined with a chart whose names are known, or None on failure.
 
-        What is bound to nothing has no place in the tree of that chart.
+        Unbound elements have no node in the tree of that chart.
         """
         mappers, starts = [], []
         for number, binder in enumerate(self.binders):
@@ -379,7 +379,7 @@ class Splicer:
         return Spliced(self.copies, self.bases, self.slots, tuple(mappers), tuple(starts), places)
 
     def _check(self, copy: Copy, mapper: Mapper) -> None:
-        """Report what a used chart does that it cannot do as a copy."""
+        """Report constructs of a used chart that a copy does not support."""
         chart = copy.used.chart
         names = {
             event.index

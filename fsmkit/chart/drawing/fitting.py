@@ -1,4 +1,4 @@
-"""Texts of a drawing in SVG, as wide as they were where it was laid out.
+"""Fit the texts of a drawing in SVG to the widths of its layout.
 
 Graphviz lays texts out by the fonts of its machine. Where a drawing is looked at there may be wider
 ones; each text is given the width for which room was left (``textLength``, SVG 1.1, 10.5).

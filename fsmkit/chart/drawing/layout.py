@@ -254,7 +254,7 @@ def _equalize(layout: Layout) -> _Edits:
 
 
 def _has_room(region: Cluster, grown_box: Box, layout: Layout) -> bool:
-    """Whether a region can be so high: nothing else is there, and no arrow ends at that border."""
+    """Whether a region can grow: no other node is there, and no arrow ends at its border."""
     old = region.box
     grown = (
         replace(grown_box, bottom=old.top)

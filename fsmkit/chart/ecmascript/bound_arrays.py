@@ -33,7 +33,7 @@ from fsmkit.language.constants import is_list, split_list
 from fsmkit.language.statements import tree as stmt
 
 LEAST_CAPACITY = 16
-"""Elements that a growing array has room for where its type does not say; or twice its start."""
+"""The least capacity of a growing array without a declared length; at least twice its start."""
 LENGTH = re.compile(r"\[\s*(\d+)\s*\]\s*\Z")
 OPEN = re.compile(r"\[\s*\]\s*\Z")
 GROWTH = re.compile(r"\.(?:concat|push)\s*\(|\.length\s*\]")
@@ -143,7 +143,7 @@ class _Array:
         return self._fresh(f"length_{self.name}")
 
     def lowered(self, document: Document) -> Document:
-        """Return the document with this array bounded; `Unsuited` where it cannot be."""
+        """Return the document with this array bounded; raise `Unsuited` if that is impossible."""
         changed: Document = map_parts(document, self._changed)
         if not self.grows:
             return document
@@ -190,7 +190,7 @@ class _Array:
     # --- what is said of it -----------------------------------------------------------------------
 
     def _changed(self, part: object) -> object:
-        """Return what becomes of a part of the document; None: its own parts are looked at."""
+        """Return the replacement of a part of the document, or None to visit its parts."""
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return part
@@ -211,7 +211,7 @@ class _Array:
                 return None
 
     def _whole(self, statement: stmt.Assign[Text, Text]) -> stmt.Block | None:
-        """Return what an open array can be besides: emptied, assigned whole, grown at its end."""
+        """Return the statements for an open array that is emptied, assigned whole or extended."""
         place, value = parsed(statement.location), parsed(statement.value)
         length = self._text(self.length)
         if statement.operator:
@@ -265,7 +265,7 @@ class _Array:
     def _growth(
         self, statement: stmt.Assign[Text, Text] | stmt.CallOperation[Text]
     ) -> stmt.Block | None:
-        """Return a statement that adds elements; None where it is another."""
+        """Return the statements that add elements, or None for any other statement."""
         written = statement.call if isinstance(statement, stmt.CallOperation) else statement.value
         node = parsed(written)
         added = None if node is None else self._added(statement, node)

@@ -43,7 +43,7 @@ class EnteredStates:
         return {state: tuple(events) for state, events in found.items()}
 
     def _entered(self, targets: Iterable[DocState]) -> frozenset[int]:
-        """Return what is entered with some states: by default below, and around them."""
+        """Return the states entered with the targets: also ancestors and default entries."""
         entered: set[int] = set()
         around: set[int] = set()
         left = list(targets)

@@ -99,7 +99,7 @@ def _count(name: str, among: Sequence[Text]) -> int:
 
 
 def _statement(part: object) -> object:
-    """Return a statement, its step before it; None where its parts are to be looked at."""
+    """Return a statement after its step, or None to visit its parts."""
     match part:
         case stmt.If(branches, span):
             done = [replace(b, body=map_parts(b.body, _statement)) for b in branches]
@@ -132,7 +132,7 @@ def _statement(part: object) -> object:
 
 
 def _texts_of_exits(document: Document) -> list[Text]:
-    """Return what is evaluated between a guard and the content of its transition."""
+    """Return the texts that are evaluated between a guard and its transition's content."""
     states = [part for part in structure(document) if isinstance(part, DocState)]
     return [text for state in states for text in texts(state.exit)]
 

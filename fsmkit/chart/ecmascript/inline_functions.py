@@ -54,7 +54,7 @@ class _Inliner:
     names: dict[str, str] = field(default_factory=dict)
 
     def changed(self, part: object) -> object:
-        """Return what becomes of a part of the document; None: its own parts are looked at."""
+        """Return the replacement of a part of the document, or None to visit its parts."""
         match part:
             case stmt.CallOperation(call):
                 return self._statement(part, parsed(call))
@@ -134,7 +134,7 @@ class _Inliner:
 
 
 def _expression(block: stmt.Block, held: Mapping[str, str]) -> str | None:
-    """Return what a body returns, its own names replaced; None if it does anything else."""
+    """Return the result of a body as an expression, or None if the body has effects."""
     held = dict(held)
     for place, statement in enumerate(block):
         rest = block[place + 1 :]

@@ -33,7 +33,7 @@ OWN_TARGETS = ("#_internal", "self")
 WHOLE = re.compile(r"0|[1-9]\d{0,14}")
 """A number that is written in a string as it is in an expression."""
 HOLE = "\0"
-"""Placeholder for the name of the current event where only the text around it matters."""
+"""Placeholder for the name of the current event if only the text around it matters."""
 
 ConditionalString = tuple[dict[str, str], str]
 """By tested subject, its condition; and the resulting string if these conditions hold."""
@@ -365,7 +365,7 @@ def _done(whole: Iterable[object]) -> Iterator[str]:
 
 
 def _stays(send: DocSend) -> bool:
-    """Whether what is sent comes back to the machine that sends it, and goes nowhere else."""
+    """Whether a sent event goes to its own machine only."""
     if send.target is None:
         return send.target_expr is None
     return send.target.value in OWN_TARGETS

@@ -76,7 +76,7 @@ def joined_texts(part: object) -> Iterator[Text]:
 
 
 def _decided(node: Node, sets: Sets, *, grows: bool) -> str | None:
-    """Return what a join is for each value of its variables; None for any other node.
+    """Return a choice among the results of a join for the values of its variables, or None.
 
     ``grows``: it is assigned, so that another pass joins strings of variables (see `KnownStrings`).
     """

@@ -62,7 +62,7 @@ def _add(found: dict[str, set[int] | None], name: str, numbers: Iterable[int] | 
 
 
 def _start(data: DocData) -> Iterable[int] | None:
-    """Return the start value; None where it is no number, or the type sets another one."""
+    """Return the start value, or None if it is not a number or the type sets another one."""
     match = None if data.init is None or data.type is not None else WHOLE.fullmatch(data.init.value)
     return None if match is None else (int(match[1]),)
 

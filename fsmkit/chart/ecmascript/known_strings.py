@@ -35,7 +35,7 @@ Made = tuple[str, frozenset[int]]
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One string that an expression can be; ``condition`` None: where no other is."""
+    """A possible string of an expression; ``condition`` None: if no other condition holds."""
 
     condition: str | None
     value: str
@@ -64,10 +64,10 @@ class KnownStrings:
     def choices(
         self, text: Text, statement: Assign[Text, Text] | None = None
     ) -> tuple[Choice, ...]:
-        """Return what an expression can be, by the values of its variables; nothing if unknown.
+        """Return the possible strings of an expression with their conditions; none if unknown.
 
-        The last has no condition where the variables are sure to have a value. ``statement`` is
-        the one that evaluates it.
+        The last one has no condition if the variables surely have a value. ``statement`` is the
+        one that evaluates the expression.
         """
         node = parsed(text)
         names = sorted(_names(node) - self.constants.keys())
@@ -100,7 +100,7 @@ class KnownStrings:
         )
 
     def _before(self, name: str, statement: Assign[Text, Text] | None) -> list[str]:
-        """Return what a variable can hold when a statement is reached."""
+        """Return the possible strings of a variable before a statement."""
         mark = None if statement is None else id(statement)
         made = self.values.get(name) or ()
         return sorted({value for value, marks in made if mark not in marks})
@@ -139,7 +139,7 @@ class KnownStrings:
             is_news = any(news)
 
     def _give(self, name: str, node: syntax.Node | None, mark: int) -> bool:
-        """Add what one statement gives; whether that was news."""
+        """Add the strings that one statement assigns; return whether any was new."""
         held = self.values[name]
         if node is None or held is None:
             return False

@@ -74,7 +74,7 @@ def find_values(
 def _fixpoint(
     gifts: Sequence[Gift], fixed: Mapping[str, frozenset[Value]]
 ) -> dict[str, frozenset[Value] | None]:
-    """Return what variables hold once no gift is new; ``fixed`` ones hold what their type says."""
+    """Return the possible values of variables; ``fixed`` ones have the values of their types."""
     known: dict[str, frozenset[Value] | None] = {gift.name: frozenset() for gift in gifts}
     known |= {gift.name: None for gift in gifts if gift.node is None}
     known |= fixed
@@ -109,7 +109,7 @@ def _names(node: Node | None) -> frozenset[str]:
 
 
 def _values(gift: Gift, known: Known) -> frozenset[Value] | None:
-    """Return what a variable is given, None where that is not known."""
+    """Return the values that an assignment gives, or None if they are not known."""
     assert gift.node is not None  # noqa: S101  (those without are left aside)
     variables = {name for name in _names(gift.node) if known.get(name) is not None}
     conditions = [
@@ -160,7 +160,7 @@ def _can_be(condition: Condition, held: Mapping[str, Value]) -> bool:
 
 
 class _Walk:
-    """Looks for what variables are given."""
+    """A walk that collects the assignments to variables."""
 
     def __init__(self, document: doc.Document, whole: tuple[object, ...]) -> None:
         """Look into a document, whose parts are ``whole``."""

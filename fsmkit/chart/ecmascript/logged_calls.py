@@ -39,7 +39,7 @@ def log_calls(survey: Survey) -> Survey:
 
 
 def _log(statement: CallOperation[Text], taken: set[str]) -> Log[Text | None, Text] | None:
-    """Return a call as a log; None where it is another call."""
+    """Return a call of a logging function as a log, or None for another call."""
     node = parsed(statement.call)
     match node:
         case CallNode(
@@ -71,7 +71,7 @@ def _pieces(node: Node) -> Iterator[Node]:
 
 
 def _is_string(node: Node) -> bool:
-    """Whether an expression is a string by what is written."""
+    """Whether a literal in an expression makes it a string."""
     match node:
         case StringNode():
             return True

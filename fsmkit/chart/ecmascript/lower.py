@@ -1,4 +1,4 @@
-"""Say in plain statements what only the loose dialects have, before anything is typed.
+"""Lower the constructs of the loose dialects to plain statements, before typing.
 
 * The ``content`` of an event is its field ``data``, or its members where it is an object.
 * An attribute of ``send`` or ``cancel`` that is the value of a variable becomes a choice among
@@ -46,9 +46,9 @@ COMPUTED = ("event", "target", "type", "delay")
 
 
 def lower_ecmascript(survey: Survey, given: InvocationContext | None = None) -> Document:
-    """Return a document of a loose dialect without what is only shorthand there.
+    """Return a document of a loose dialect without the constructs that only it has.
 
-    ``given`` says what an invoker sets when the machine starts.
+    ``given`` holds the values that an invoker sets when the machine starts.
     """
     if survey.document.datamodel == "fsmkit":
         return survey.document
@@ -290,7 +290,7 @@ class _Lowering:
         return (stmt.If(tuple(branches), send.span),) if branches else ()
 
     def _apart(self, send: stmt.DocSend) -> stmt.DocSend:
-        """Return a send without two fields of one name; what is declared has none."""
+        """Return a send without duplicate fields; declared events have none."""
         is_declared = send.event is not None and send.event.value in self._declared()
         return send if is_declared else with_fields_of_their_own(send)
 
@@ -314,7 +314,7 @@ class _Lowering:
         then: Callable[[Text], stmt.Block],
         statement: stmt.Assign[Text, Text] | None = None,
     ) -> stmt.Block:
-        """Return what is done for each string an expression can be; nothing if not known."""
+        """Return a choice of ``then`` for each possible string of an expression, if known."""
         choices = self.strings.choices(expression, statement)
         branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         for choice in choices:

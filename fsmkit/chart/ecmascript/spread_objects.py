@@ -159,10 +159,10 @@ class _Object:
     members: dict[str, str]
     """The variable of each member."""
     unknown: frozenset[str]
-    """Objects that are not there: a call on one fails before it looks at what it is given."""
+    """Undefined objects: a call on one fails before its arguments are evaluated."""
 
     def changed(self, part: object) -> object:
-        """Return what becomes of a part of the document; None: its own parts are looked at."""
+        """Return the replacement of a part of the document, or None to visit its parts."""
         match part:
             case DocData(name=Text(value=value)) if value == self.name:
                 return self._declared(part)
@@ -209,7 +209,7 @@ class _Object:
         )
 
     def _sent(self, send: stmt.DocSend) -> stmt.DocSend:
-        """Return a send of the object as content: its members are what is sent (SCXML B.2.8.1)."""
+        """Return a send of the object as content, which sends its members (SCXML B.2.8.1)."""
         at = send.content_expr
         if at is None or send.arguments or send.name_list:
             raise Unsuited

@@ -40,7 +40,7 @@ def spread_params(survey: Survey) -> Survey:
 
 
 def _members(document: Document, name: str) -> list[str]:
-    """Return the members of a field that are read; none where it is read as a whole."""
+    """Return the members of a field that are read; none if it is also read as a whole."""
     read = list(_fields(document))
     whole = sum(field == (name,) for field in read)
     members = [field[1] for field in read if len(field) > 1 and field[0] == name]

@@ -39,7 +39,7 @@ WORDS = re.compile(
 )
 """Texts that occur in expressions that may be decided."""
 JOINS = re.compile(r"_event\.name\s*\+|\+\s*_event\.name")
-"""Texts that occur where the name of the current event is part of a string."""
+"""Texts that indicate that the name of the current event is part of a string."""
 
 
 def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
@@ -63,9 +63,9 @@ def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
 def _decide_names(
     document: Document, whole: tuple[object, ...], given: InvocationContext | None
 ) -> Document:
-    """Decide methods of the name of the current event, where that is one of some known names.
+    """Decide methods of the name of the current event, if its possible names are known.
 
-    It is in transitions for events, and in what is entered by nothing else.
+    They are known in transitions for events, and in states that only these enter.
     """
     known = find_strings(document, whole, given, {})
     names = find_joined_names(document, whole, given, known).names
@@ -107,7 +107,7 @@ Sets = Callable[[str], set[str] | None]
 def _changed(
     document: Document, held: Callable[[Text], Sets], joining: frozenset[int] = frozenset()
 ) -> Document:
-    """Return a document in which what has one value for each of some strings is that value.
+    """Return the document with expressions of known strings replaced by choices of values.
 
     ``joining``: the identities of the expressions in which strings may also be joined.
     """
@@ -130,7 +130,7 @@ def _changed(
 
 
 def _decided(node: syntax.Node, sets: Sets, *, may_join: bool) -> str | None:
-    """Return what a node is for each value of its variables; None where it is left as it is."""
+    """Return a choice of values of a node by its variables, or None to leave it unchanged."""
     inside = list(nodes(node))
     named = [n for n in inside if isinstance(n, syntax.MemberNode) and _is_at_hand(n)]
     applied = [

@@ -37,7 +37,7 @@ DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
 class Unknown(Exception):  # noqa: N818  (never leaves the passes)
-    """A value is not known when compiling, or none of the language."""
+    """A value that is unknown at compile time, or that the language does not have."""
 
 
 def evaluate(node: syntax.Node, held: Mapping[str, Value]) -> Value:
@@ -135,14 +135,14 @@ def _text(value: Value) -> str:
 
 
 def _truth(value: Value) -> bool:
-    """Return a Boolean; of other values, `&&` gives the value itself, not whether it is true."""
+    """Return a Boolean operand; for another value, raise `Unknown`: `&&` returns it unchanged."""
     if not isinstance(value, bool):
         raise Unknown
     return value
 
 
 def _compared(op: str, left: Value, right: Value) -> bool:
-    """Return what a comparison gives; of values of two types it would convert one."""
+    """Return the value of a comparison; raise `Unknown` if ECMAScript would convert a value."""
     if type(left) is not type(right) or (isinstance(left, str) and op not in EQUALITY):
         raise Unknown
     return bool(COMPARED[op](left, right))

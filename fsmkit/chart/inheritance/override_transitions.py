@@ -104,7 +104,7 @@ def _is_marked(transition: DocTransition) -> bool:
 
 
 def same_trigger(first: DocTransition, second: DocTransition) -> bool:
-    """Whether two transitions are looked at on the same occasion, as written."""
+    """Whether two transitions have the same trigger, as written."""
     return (
         first.trigger is second.trigger
         and {e.value for e in first.events} == {e.value for e in second.events}
@@ -150,6 +150,6 @@ def holds_super(block: Block) -> bool:
 
 
 def insert_super(block: Block, base: Block) -> Block:
-    """Return statements with those of the base where ``super`` stands."""
+    """Return statements in which those of the base replace ``super``."""
     inserted: Block = map_parts(block, lambda part: base if isinstance(part, Super) else None)
     return inserted

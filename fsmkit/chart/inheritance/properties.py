@@ -20,7 +20,7 @@ ENVIRONMENT = "environment"
 def inherited_properties(
     base: Document, derived: Document, findings: Findings
 ) -> tuple[DocProperty, ...]:
-    """Return the properties of the base, changed where that is marked, then those added."""
+    """Return the properties of the base with their overrides, then the added ones."""
     marked = {name.value for name in derived.overrides}
     found = {one.name.value: replace(one, origin=Origin.INHERITED) for one in base.properties}
     first = {one.name.value: one.name for one in base.properties}
@@ -43,7 +43,7 @@ def inherited_properties(
 
 
 def inherited_environment(base: Document, derived: Document) -> DocEnvironment | None:
-    """Return what may come to a derived chart."""
+    """Return the environment of a derived chart: the external events it may receive."""
     old, new = base.environment, derived.environment
     if old is None or new is None:
         return new or old

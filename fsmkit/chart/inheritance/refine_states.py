@@ -66,7 +66,7 @@ class _Refiner:
         return state if entry is None else self.change(state, entry, f"`{state.id}`")
 
     def change(self, base: DocState, entry: DocState, what: str) -> DocState:
-        """Return an inherited state changed as its entry says."""
+        """Return an inherited state with the changes of its entry."""
         if base.kind is Kind.ATOMIC and base.children:  # as another derived chart filled it
             base = replace(base, kind=Kind.COMPOUND)
         self._check_kind(base, entry, what)
@@ -117,10 +117,10 @@ class _Refiner:
             )
 
     def _with_main_region(self, base: DocState, entry: DocState) -> DocState:
-        """Return a compound state as a parallel one whose region ``S.main`` holds what it held.
+        """Return a compound state as a parallel one with its old children in the region ``S.main``.
 
-        The region takes over the initial transition and shallow histories; a deep history stays,
-        as it is to remember all regions.
+        The region takes over the initial transition and shallow histories. A deep history stays,
+        because it remembers all regions.
         """
         name = base.id or Text("", base.span)
         deep = tuple(c for c in base.children if c.kind is Kind.DEEP_HISTORY)
@@ -238,5 +238,5 @@ class _Refiner:
 
 
 def _marked(entry: DocState, what: str) -> tuple[Fix, ...]:
-    """Return the fix that marks what a refined state replaces."""
+    """Return the fix that marks a replaced part of a refined state."""
     return () if entry.overrides else add_key(entry.span, "override", f"[{what}]")

@@ -1,4 +1,4 @@
-"""Change what fills an inherited state: bind more, give other values, put a derived chart there."""
+"""Change the used chart of an inherited state: more bindings, other values, a derived chart."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from fsmkit.language.statements.tree import DocArgument
 
 
 def refine_use(base: DocState, entry: DocState, what: str, findings: Findings) -> DocUse | None:
-    """Return what fills a refined state.
+    """Return the use of a chart in a refined state, or None if it has none.
 
-    Values of constants and start values replace inherited ones, names that are not bound yet may be
-    bound, and so may exit points. What is marked with `override` may change more: the exits, and
-    the chart, if the new one extends the inherited one, so that all bindings still mean something.
+    Values of constants and start values replace inherited ones. Unbound names and exit points may
+    be bound. With `override`, the exits may change. So may the chart, if the new one extends the
+    inherited one: then all bindings remain valid.
     """
     old, new = base.use, entry.use
     if new is None:

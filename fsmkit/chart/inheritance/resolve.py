@@ -1,4 +1,4 @@
-"""Fold a chart into its bases: a clone of the base, then what the derived chart says.
+"""Resolve inheritance: clone the base, then apply the derived chart.
 
 From here on there is one Document, without ``extends``, ``refine``, ``override`` and ``super``
 (but for ``super`` in guards, whose meaning goes with the transition).
@@ -84,7 +84,7 @@ def extend(base: doc.Document, derived: doc.Document, findings: Findings) -> doc
 
 
 def _alone(document: doc.Document, findings: Findings) -> doc.Document:
-    """Return a document without a base; what only a derived chart may say is a finding."""
+    """Return a document without a base; report constructs that only a derived chart may have."""
     check_overrides(document, None, findings)
     for entry in document.refine:
         findings.add(

@@ -62,10 +62,10 @@ class _Binder:
 
 
 def name_sends(survey: Survey) -> Survey:
-    """Return a document in which each ``send`` with a place for its id has one: a running number.
+    """Return a document in which each ``send`` with an ``idlocation`` has an id: a running number.
 
-    The numbers are in document order, so that they do not depend on the notation or its layout,
-    and no id that is written is among them.
+    The numbers are in document order, so they do not depend on the notation or its layout. They
+    differ from all declared ids.
     """
     if DocSend not in survey.kinds:
         return survey

@@ -87,7 +87,7 @@ def build_chart(
 
 
 def with_copies(chart: Chart, copies: Spliced, tree: Tree, arrows: Arrows) -> Chart:
-    """Return a chart with what its copies are made of."""
+    """Return a chart with the transitions, events and data of its copies."""
     return replace(
         chart,
         transitions=copied_transitions(chart.transitions, arrows, tree, copies),

@@ -1,4 +1,4 @@
-"""Report states that hold what their kind does not allow (SCXML 3.3 to 3.10), or no machine can."""
+"""Report states with children or content that their kind does not allow (SCXML 3.3 to 3.10)."""
 
 from __future__ import annotations
 

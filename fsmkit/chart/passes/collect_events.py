@@ -104,7 +104,7 @@ class Events:
         return found
 
     def common_facts(self, indices: tuple[int, ...]) -> dict[str, str | None]:
-        """Return what is known alike of all these events."""
+        """Return the known attributes of ``_event`` that all these events share."""
         if not indices:
             return {}
         first, *rest = (
@@ -133,7 +133,7 @@ class Returned:
     has_id: bool = False
 
     def facts(self) -> dict[str, str | None]:
-        """Return what is known of ``_event`` when it is handled."""
+        """Return the known attributes of ``_event`` while this event is handled."""
         facts: dict[str, str | None] = {
             "type": "external",
             "origin": location_of_session(self.session),
@@ -265,9 +265,9 @@ def _senders(document: Document, tree: Tree) -> tuple[set[str], dict[str, bool]]
 def _facts(
     document: Document, tree: Tree, events: tuple[Event, ...], given: InvocationContext | None
 ) -> dict[str, dict[str, str | None]]:
-    """Return what is known of each event: where it comes from is seen where it is sent.
+    """Return the known attributes of ``_event`` by event, derived from its senders.
 
-    One that the chart never sends or raises itself comes from the host, and has no origin.
+    An event that the chart never sends or raises comes from the host, and has no origin.
     """
     raised, sent = _senders(document, tree)
     session = document.name.value if given is None else given.session

@@ -39,9 +39,9 @@ class Names:
     constants: tuple[tuple[str, lang.Literal], ...] = ()
     functions: tuple[lang.FunctionBody, ...] = ()
     types: tuple[lang.Type, ...] = ()
-    """The enumerations and records; other names of types are gone where they stand."""
+    """The enumerations and records; names of other types are already replaced."""
     untyped: frozenset[str] = frozenset()
-    """Data that say neither type nor start value: `infer_types` looks at their uses."""
+    """Data without type and start value; `infer_types` derives their types from the uses."""
     inferred: frozenset[str] = frozenset()
     """Data whose type was read off the start value."""
     failures: Block = ()
@@ -84,9 +84,9 @@ def collect_names(
     copies: tuple[Copy, ...] = (),
     constants: Mapping[str, lang.Literal] = NO_CONSTANTS,
 ) -> Names:
-    """Return the names of a document; what is declared twice or cannot be read is a finding.
+    """Return the names of a document; report duplicate and malformed declarations.
 
-    ``constants``: the values that a chart around this one gives some constants.
+    ``constants``: the values that a using chart gives to constants.
     """
     check_unique(document, tree, findings)
     scope = constant_scope(document, tick, findings, given, constants)
@@ -144,7 +144,7 @@ def constant_scope(
 def _with_copies(
     document: Document, tree: Tree, copies: tuple[Copy, ...], scope: lang.Scope, findings: Findings
 ) -> lang.Scope:
-    """Add what can be read of copies; nothing else may have the name of one."""
+    """Return the scope with the readable names of copies; report names that clash with a copy."""
     if not copies:
         return scope
     places = {copy.prefix.partition(".")[0]: copy for copy in copies}

@@ -1,4 +1,4 @@
-"""Where content stands: what its names mean, and what becomes of an error in it."""
+"""The context of content: the scope of its names, and the treatment of errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ REPLACING = frozenset({"content-not-evaluable", "unsupported-invoke"})
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """Where a block stands: what its names mean, and what becomes of an error.
+    """The context of a block: the scope of its names, and the treatment of errors.
 
     In a ``lenient`` dialect, content that cannot be evaluated raises ``error.execution`` at run
     time and is a warning at compile time. ``scope.event_fields`` holds the current event's fields.
@@ -34,7 +34,7 @@ class Context:
     """The targets that mean the machine that invokes this one."""
 
     copies: Spliced | None = None
-    """The copies in the chart, with what their names have become."""
+    """The copies in the chart, with the mapping of their names."""
 
     def at(self, state: int) -> Context:
         """Return the context of content of a state: an index of copies, values of an exit."""

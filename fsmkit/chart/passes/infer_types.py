@@ -85,7 +85,7 @@ class _Uses:
     types: dict[str, lang.Type] = field(default_factory=dict)
     fields: dict[str, dict[str, lang.Type]] = field(default_factory=dict)
     read: dict[tuple[str, str], Text] = field(default_factory=dict)
-    """By event and field: where a field that nothing declares is first read."""
+    """By event and field: the first read of an undeclared field."""
     used: dict[tuple[str, str], dict[lang.Type, Text]] = field(default_factory=dict)
     """By event and field: the types inferred from uses, each with the first such use."""
     whole: list[tuple[str, Read]] = field(default_factory=list)
@@ -142,14 +142,14 @@ class _Uses:
         self.whole.clear()
 
     def look_at_finals(self, tree: Tree) -> None:
-        """Take note of the data of final states: they go with their parent's done event."""
+        """Record the types of final states' data, the payload of their parent's done event."""
         for node in tree.nodes:
             if node.state.done_data:
                 event = done_event(tree, node)
                 self._join(event, node.state.done_data, self.names.scope)
 
     def look_at_invokes(self, tree: Tree) -> None:
-        """Take note of the variables that ids of invocations are stored in."""
+        """Record the type of the variables that ids of invocations are stored in."""
         for node in tree.nodes:
             for invoke in node.state.invokes:
                 if invoke.id_location is not None:
@@ -199,7 +199,7 @@ class _Uses:
             )
 
     def learn(self) -> None:
-        """Make what was noted known to the next round."""
+        """Apply the recorded types, so that the next round knows them."""
         names, events = self.names.with_types(self.types), self._learned()
         if (names, events) != (self.names, self.events):
             self.names, self.events = names, events

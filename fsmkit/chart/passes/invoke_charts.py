@@ -37,13 +37,13 @@ class Elaborate(Protocol):
         strict: bool,
         given: InvocationContext,
     ) -> Chart | None:
-        """Return the chart, None where there are errors."""
+        """Return the chart, or None if it has errors."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A chart on its way: what is known of it before its types are."""
+    """An incomplete chart: its names, events and slots before its types are known."""
 
     document: Document
     tree: Tree
@@ -63,7 +63,7 @@ class Draft:
 def invoke_charts(
     draft: Draft, elaborate: Elaborate, findings: Findings, *, strict: bool
 ) -> tuple[Chart, ...] | None:
-    """Return the chart of each slot; None where one has errors, which are added."""
+    """Return the chart of each slot, or None if one has errors, which are reported."""
     if not draft.slots:
         return ()
     charts: tuple[Chart, ...] = ()

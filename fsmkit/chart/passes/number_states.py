@@ -1,4 +1,4 @@
-"""Give every state its index, in document order, and an id where it has none; visit handlers."""
+"""Number the states in document order, generate missing ids, and visit handlers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Tree:
 
     nodes: tuple[Node, ...]
     points: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
-    """Entry points of copies, by dotted names, with what they enter."""
+    """The states that the entry points of copies enter, by dotted name."""
     constants: Mapping[str, Literal] = field(default_factory=dict)
     """Possible indices of an array of copies."""
 
@@ -105,7 +105,7 @@ class _Builder:
         return index
 
     def _id(self, state: DocState, parent: str, number: int) -> str:
-        """Return the id of a state, made from its place where it has none (SCXML 3.14)."""
+        """Return the id of a state; generate one from its position if it has none (SCXML 3.14)."""
         if state.id is not None:
             return state.id.value
         made = f"{parent}.{number}"

@@ -35,7 +35,7 @@ class Slot:
 def plan_invocations(
     document: Document, tree: Tree, given: InvocationContext | None, findings: Findings
 ) -> tuple[Slot, ...]:
-    """Return the slots of a document, in document order; what cannot be invoked is a finding."""
+    """Return the slots of a document, in document order; report unsupported invocations."""
     session = document.name.value if given is None else given.session
     depth = 0 if given is None else given.depth
     slots: list[Slot] = []
@@ -84,7 +84,7 @@ def is_service(type_: Text | None) -> bool:
 
 
 def _why_not(invoke: DocInvoke, depth: int, source: Source) -> str:
-    """Return why an ``invoke`` cannot be done at all; empty where it can."""
+    """Return the reason why an ``invoke`` is unsupported, or an empty string."""
     if not is_service(invoke.type):
         return f"there is no service `{invoke.type}`"
     if invoke.type_expr is not None and not invoke.types:

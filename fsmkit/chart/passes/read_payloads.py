@@ -1,4 +1,4 @@
-"""Find what handlers read of events that nothing declares, raises or sends: those of the host.
+"""Find the fields that handlers read of undeclared events that only the host sends.
 
 A field is known by being read (``_event.data.x``), its type by what stands beside it: what it is
 assigned to, compared or added with, or that it is a condition. The same is found of variables
@@ -42,9 +42,9 @@ class Read:
 def reads(
     place: Place, scope: Scope, type_of: TypeOf, sought: Collection[str] = ()
 ) -> Iterator[Read]:
-    """Yield what one handler reads of the payload, and of the variables that are ``sought``.
+    """Yield the reads of the payload and of the variables ``sought`` in one handler.
 
-    ``type_of`` types what stands beside it.
+    ``type_of`` types the other operand of an expression.
     """
     wanted = re.compile("|".join([EVENT, *(re.escape(name) for name in sorted(sought))]))
 

@@ -49,7 +49,7 @@ def resolve_targets(
     copies: tuple[Copy, ...] = (),
     constants: Mapping[str, Literal] = NO_CONSTANTS,
 ) -> Arrows:
-    """Return the transitions of a document; what points nowhere is a finding.
+    """Return the transitions of a document; report targets that do not exist.
 
     ``constants`` may be indices of arrays of copies.
     """
@@ -114,7 +114,7 @@ def resolve_targets(
 
 
 def entry_points(tree: Tree, copies: tuple[Copy, ...]) -> dict[str, tuple[int, ...]]:
-    """Return what each entry point of a copy enters, by its dotted name."""
+    """Return the states that each entry point of a copy enters, by its dotted name."""
     found: dict[str, tuple[int, ...]] = {}
     for node in tree.nodes:
         if node.state.copy is not None and node.state.copied is None:
@@ -127,7 +127,7 @@ def entry_points(tree: Tree, copies: tuple[Copy, ...]) -> dict[str, tuple[int, .
 def resolve_entries(
     document: Document, tree: Tree, findings: Findings, copies: tuple[Copy, ...] = ()
 ) -> tuple[tuple[str, tuple[int, ...]], ...]:
-    """Return the entry points of a document, with what they enter."""
+    """Return the entry points of a document, with the states that they enter."""
     tree = replace(tree, points=entry_points(tree, copies))
     found: dict[str, tuple[int, ...]] = {}
     for entry in document.entries:
@@ -150,7 +150,7 @@ def resolve_entries(
 
 
 def _entered(node: Node, copy: Copy, findings: Findings) -> tuple[int, ...]:
-    """Return what the ``initial`` of a using state enters: entry points of the used chart."""
+    """Return the states that the ``initial`` of a using state enters by entry points."""
     found: list[int] = []
     written = node.state.initial
     points = dict(copy.used.chart.entries)
@@ -184,7 +184,7 @@ def _is_endless(tree: Tree, arrows: Arrows, history: int) -> bool:
 
 
 def _by_default(tree: Tree, arrows: Arrows, state: int) -> list[int]:
-    """Return what is entered with a state of which nothing is said (Appendix D, enterStates)."""
+    """Return the states entered by default with a state (Appendix D, enterStates)."""
     node = tree.nodes[state]
     if node.kind is Kind.PARALLEL:
         return list(tree.real_children(state))

@@ -31,7 +31,7 @@ def type_block(block: doc.Block, context: Context) -> stmt.Block:
 
 
 def type_statement(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statement, ...]:
-    """Return what a statement becomes; nothing where it is wrong and the dialect strict."""
+    """Return the typed statements for a statement; none if it is wrong and the dialect strict."""
     if not context.lenient:
         return _typed(written, context)
     attempt = Findings()
@@ -130,9 +130,9 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statem
 
 
 def _logged(text: Text, context: Context) -> tuple[lang.Expr, ...]:
-    """Return the values of a log; what has a meaning but no type is omitted with a warning.
+    """Return the values of a log; omit a value without a type, with a warning.
 
-    The parts of a joined string are values of their own.
+    Each part of a joined string is a separate value.
 
     A log has no influence on the machine. Omitting ``'x is ' + x`` therefore changes less than
     raising ``error.execution``, which ECMAScript would not raise.

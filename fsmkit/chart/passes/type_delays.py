@@ -34,7 +34,7 @@ NO_DELAY = Delay(None)
 
 
 def type_delay(written: DocSend, context: Context) -> Delay:
-    """Return the delay of a send; what is wrong is in the findings."""
+    """Return the delay of a send; report errors in it."""
     findings = context.findings
     if written.delay is not None:
         return _constant(written.delay, context)
@@ -124,7 +124,7 @@ def _number(node: syntax.Node, text: Text, context: Context) -> lang.Expr | None
 
 
 def _typed(node: syntax.Node, text: Text, context: Context) -> lang.Expr | None:
-    """Return a part of an expression, typed without a finding; None where it has no value."""
+    """Return a typed part of an expression, or None; report nothing."""
     part = text.part(node.start, node.end)
     findings = Findings()
     found = lang.type_expression(part, context.scope, findings)

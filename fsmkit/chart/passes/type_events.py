@@ -47,7 +47,7 @@ def type_raise(
 
 
 def _sent_instead(written: stmt.Raise[Text, DocArgument]) -> tuple[Fix, ...]:
-    """Return the fix that sends what is raised."""
+    """Return the fix that replaces ``raise`` by ``send``."""
     span = written.span
     text = span.source.text
     start = span.start + (text[span.start : span.start + 1] == "<")
@@ -129,7 +129,7 @@ def type_arguments(
 
 
 def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
-    """Return a sent event, or what its target makes of it."""
+    """Return the statements for a send, which depend on its target."""
     name = _literal(written.event, written.event_expr, "event", written, context)
     if name is None:
         return ()
@@ -187,7 +187,7 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _Where:
-    """Where an event goes; ``peer`` is what was written after ``to``."""
+    """The destination of an event; ``peer`` is the text after ``to``."""
 
     destination: stmt.Destination
     peer: str | None = None
@@ -242,7 +242,7 @@ def _destination(
     written: DocSend,
     context: Context,
 ) -> _Where | tuple[stmt.Statement, ...]:
-    """Return where an event goes, or the failure that its target is."""
+    """Return the destination of an event, or the failure that its target causes."""
     is_out = Direction.OUT in event.directions
     only_out = event.directions == {Direction.OUT}
     if target is None:

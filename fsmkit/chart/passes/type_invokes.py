@@ -1,4 +1,4 @@
-"""Type what states invoke, and what passes between the two machines (SCXML 6.4, 6.5)."""
+"""Type invocations and the events that the two machines exchange (SCXML 6.4, 6.5)."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def _signature(operation: Operation) -> tuple[object, ...]:
 def build_invocations(
     draft: Draft, events: Events, charts: tuple[Chart, ...], findings: Findings
 ) -> tuple[Invocation, ...]:
-    """Return the slots of a chart, and what becomes of events on the way in and out."""
+    """Return the invocations of a chart, with the passages of events in both directions."""
     slots = draft.slots
     _check_operations(draft.names.operations, slots, charts, findings)
     coming = returned(slots, charts)
@@ -195,7 +195,7 @@ def build_invocations(
 
 
 def _passage(event: Event, chart: Chart) -> Passage | None:
-    """Return what an event becomes in an invoked chart, where that knows it."""
+    """Return the passage of an event into an invoked chart, or None if that has no such event."""
     index = chart.event_index.get(event.name)
     if index is None or not chart.events[index].directions:
         return None
@@ -214,7 +214,7 @@ def _returns(
 def _check(
     slot: Slot, chart: Chart, sent: list[Event], coming: tuple[Returned, ...], findings: Findings
 ) -> None:
-    """Report what cannot pass, and a chart that has inputs, which nobody would write."""
+    """Report fields that cannot be passed, and an invoked chart with inputs."""
     if chart.inputs:
         findings.add(
             "invocation-mismatch",
@@ -249,7 +249,7 @@ def _check(
 
 
 def with_finalize(events: Events, slots: tuple[Slot, ...], context: Context) -> tuple[Event, ...]:
-    """Return the events, those of invoked machines with what is run before they are handled."""
+    """Return the events; those of invoked machines have their ``finalize``."""
     return tuple(
         event
         if event.invocation is None
@@ -273,7 +273,7 @@ def _finalize(event: Event, slot: Slot, events: Events, context: Context) -> Blo
 
 
 def _stored_fields(event: Event, slot: Slot) -> DocBlock:
-    """Return what an empty ``finalize`` does: what was given is read back (SCXML 6.5.2)."""
+    """Return the assignments of an empty ``finalize``: it reads passed data back (SCXML 6.5.2)."""
     fields = {part.name for part in event.fields}
     names = [name for name in slot.invoke.name_list if name.value.strip() in fields]
     return tuple(

@@ -22,7 +22,7 @@ CARRIED = keys.kept_keys(keys.STATE, State)
 def type_states(
     tree: Tree, arrows: Arrows, invokes: tuple[tuple[Block, ...], ...], context: Context
 ) -> tuple[State, ...]:
-    """Return the states, in document order; ``invokes``: what each of them invokes."""
+    """Return the states, in document order; ``invokes``: the invocations of each state."""
     return tuple(_state(tree, node, arrows, invokes, context) for node in tree.nodes)
 
 

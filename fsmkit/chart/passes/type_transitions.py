@@ -1,4 +1,4 @@
-"""Type the transitions: what they match, when, under which guard, and what they do."""
+"""Type the transitions: their events, delays, guards and content."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from fsmkit.language.durations import format_ticks
 CARRIED = keys.kept_keys(keys.TRANSITION, Transition)
 TIMED = (Trigger.AFTER, Trigger.EVERY)
 PLAIN_DELAY = re.compile(r"[0-9]+(\.[0-9]+)?[a-z]+")
-"""A number with a unit: what a drawing may show as it is."""
+"""A number with a unit, which a drawing may show unchanged."""
 
 
 def type_transitions(arrows: Arrows, context: Context) -> tuple[Transition, ...]:
@@ -84,7 +84,7 @@ def _transition(
     known: dict[tuple[Trigger, tuple[int, ...]], Context],
     timers: Mapping[int, int],
 ) -> Transition:
-    """Return a transition; ``known``: the contexts of those before it, by what triggers them.
+    """Return a transition; ``known``: the contexts of earlier ones, by trigger and events.
 
     ``timers``: the timer of each timed transition.
     """

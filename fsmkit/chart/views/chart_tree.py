@@ -27,7 +27,7 @@ STYLES = {Origin.OWN: "", Origin.INHERITED: "dim", Origin.OVERRIDDEN: "yellow"}
 
 
 def chart_tree(chart: Chart, origins: Origins, *, with_origin: bool) -> Tree:
-    """Return the tree of a chart: what it declares, then its states."""
+    """Return the tree of a chart: its declarations, then its states."""
     return _Maker(chart, origins, with_origin).tree()
 
 
@@ -37,7 +37,7 @@ def directions(event: Event) -> str:
 
 
 def type_text(type_: Type) -> str:
-    """Return a declared type with what it holds."""
+    """Return a declared type with its members or fields."""
     match type_:
         case EnumType(name, members, numbers):
             pairs = zip(members, numbers, strict=True)
@@ -177,7 +177,7 @@ class _Maker:
                 group.add(Text(f"{name} {value}  (default)", "dim"))
 
     def _named(self, name: str, origin: Origin, span: Span | None) -> Where:
-        """Return where something that copies declare too comes from, by its dotted name."""
+        """Return the origin of a name; a dotted name is declared in a copy."""
         names = [c.name for c in self.chart.copies if name.startswith(f"{c.name}.")]
         return Where(origin, span, max(names, key=len, default=""))
 
@@ -233,7 +233,7 @@ class _Maker:
             self._state(node, chart.states[child])
 
     def _invoked(self, tree: Tree, state: State) -> None:
-        """Add what the state invokes, each chart with its states."""
+        """Add the invocations of a state, each chart with its states."""
         for block in state.invokes:
             label = format_block(block, self.chart).removeprefix("invoke ")
             tree.add(self._part("invoke", label, block[0].span, state.index))

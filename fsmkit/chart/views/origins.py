@@ -1,4 +1,4 @@
-"""Where the items of a chart come from that the Chart itself does not say it of."""
+"""Origins of the items of a chart that the Chart itself does not record."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def origins(documents: tuple[Document, ...]) -> Origins:
 
 
 def _of(declared: list[dict[str, Text]]) -> dict[str, Where]:
-    """Return for each name where it is declared last, nearest chart first."""
+    """Return the origin of each name; a declaration in a nearer chart takes precedence."""
     own, *bases = declared
     inherited: dict[str, Text] = {}
     for base in reversed(bases):

@@ -13,7 +13,7 @@ def property_parts(declared: DocProperty) -> list[str]:
 
 
 def format_property(declared: DocProperty) -> str:
-    """Return a property on one line: its name, its kind, and what it is about."""
+    """Return a property on one line: its name, its kind, its conditions and duration."""
     parts = [declared.kind.value, ", ".join(property_parts(declared))]
     watched = [f"watch {text}" for text in declared.watch]
     return f"{declared.name}: {' '.join(part for part in parts if part)}" + "".join(
@@ -22,6 +22,6 @@ def format_property(declared: DocProperty) -> str:
 
 
 def environment_parts(environment: DocEnvironment) -> dict[str, list[str]]:
-    """Return what may and what will come, without what is empty."""
+    """Return the non-empty lists of an environment by key, `may` and `will`."""
     parts = {"may": environment.may, "will": environment.will}
     return {key: [text.value for text in texts] for key, texts in parts.items() if texts}

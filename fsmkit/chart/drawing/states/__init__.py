@@ -1,1 +1,1 @@
-"""Charts as drawings: what all notations show, and a folder for each."""
+"""Charts as drawings: the parts common to all notations, and a folder for each."""

@@ -108,7 +108,7 @@ class _Folding:
         )
 
     def _described(self, copy: CopyOf) -> CopyOf:
-        """Return what is known of a folded copy, with the path of its active states."""
+        """Return the description of a folded copy, with the path of its active states."""
         inside = range(copy.state + 1, self.chart.states[copy.state].last_descendant + 1)
         leaves = [s for s in inside if s in self.active and self.chart.states[s].is_leaf]
         path = ", ".join(self.chart.states[s].id.removeprefix(f"{copy.name}.") for s in leaves)

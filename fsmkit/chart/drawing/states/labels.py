@@ -52,7 +52,7 @@ def label(chart: Chart, transition: Transition, width: int = WIDTH) -> Label:
 
 @telling
 def trigger(chart: Chart, transition: Transition) -> str:
-    """Return what makes a transition be looked at; nothing for eventless and default ones."""
+    """Return the trigger of a transition; empty for eventless and default ones."""
     if transition.trigger in (Trigger.EVENTLESS, Trigger.INITIAL):
         return ""
     text = format_trigger(transition, chart).removeprefix("on ")

@@ -130,7 +130,7 @@ class Drawer:
         yield f"{margin}{_initial(state)} -> {{{' '.join(tops)}}} [style=invis, weight=0];"
 
     def _area(self, state: State) -> str:
-        """Return what a cluster looks like: regions are dashed."""
+        """Return the attributes of a cluster; regions are dashed."""
         is_active = state.index in self.active
         return statement(
             "graph",
@@ -232,13 +232,13 @@ class Drawer:
         return {p: state.index for state in self.chart.states for p in self._points_of(state)}
 
     def _end(self, state: State) -> str:
-        """Return where arrows of a state end that is no cluster: its node, or its port in one."""
+        """Return the end of arrows at a state that is not a cluster: its node, or a port in one."""
         box = self._boxes.get(state.index)
         own = _node_name(state)
         return own if box is None else f"{_node_name(self.chart.states[box])}:{_port(state)}"
 
     def _beside(self, state: State) -> Iterator[str]:
-        """Draw what stands beside a state for its arrows: bars of forks, texts of long arrows.
+        """Draw the nodes beside a state for its arrows: bars of forks, texts of long arrows.
 
         The text of an arrow from a compound state is a node of its own: as a label Graphviz would
         put it halfway from the node inside, perhaps into the part that is clipped.
@@ -266,7 +266,7 @@ class Drawer:
         )
 
     def _goes_inside(self, transition: Transition) -> bool:
-        """Whether a compound state's transition leads to what is in it."""
+        """Whether a compound state's transition leads to a state inside it."""
         return (
             transition.trigger is not Trigger.INITIAL
             and self._is_cluster(transition.source)
@@ -330,7 +330,7 @@ class Drawer:
         return End(self._lowest(source) if is_down else _initial(source), _cluster(source))
 
     def _head(self, source: State, target: State, is_down: bool) -> End:
-        """Return where an arrow ends."""
+        """Return the end of an arrow."""
         if not self._is_cluster(target.index):
             return End(self._end(target))
         if source is target or self.chart.is_descendant(source.index, target.index):
@@ -409,7 +409,7 @@ def _edge(tail: End, head: End, is_down: bool, look: dict[str, str]) -> str:
 
 
 def _known_as(state: State) -> dict[str, str]:
-    """Return by what a state is known in SVG."""
+    """Return the attributes of a state in SVG: id, class and tooltip."""
     return {
         "id": f"s{state.index}",
         "class": f"state {state.origin.value}",
@@ -418,7 +418,7 @@ def _known_as(state: State) -> dict[str, str]:
 
 
 def _piece_of(transition: Transition, piece: str = "") -> dict[str, str]:
-    """Return by what a piece of a transition is known in SVG."""
+    """Return the attributes of a piece of a transition in SVG: id, class and tooltip."""
     own, is_text = f"t{transition.index}", piece == "text"
     return {
         "id": f"w{transition.index}" if is_text else own + (f"_{piece}" if piece else ""),
@@ -428,7 +428,7 @@ def _piece_of(transition: Transition, piece: str = "") -> dict[str, str]:
 
 
 def _link(transition: Transition) -> dict[str, str]:
-    """Return by what a transition is known that is text in its state: only links have an id."""
+    """Return the link of a transition that is text in its state: only links have an id."""
     own = f"t{transition.index}"
     return {"id": own, "href": f"#{own}", "title": _place(transition.span)}
 
@@ -439,7 +439,7 @@ def _class_of(transition: Transition) -> str:
 
 
 def _place(span: Span) -> str:
-    """Return where something was written: the name of the file, and the line."""
+    """Return a source location: the name of the file, and the line."""
     line, _ = span.source.position(span.start)
     return f"{PurePath(span.source.name).name}:{line}"
 

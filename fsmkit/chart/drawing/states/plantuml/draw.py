@@ -138,7 +138,7 @@ def _regions_around(chart: Chart, state: int) -> tuple[int, ...]:
 
 
 def _end(chart: Chart, state: int, others: Sequence[int]) -> int:
-    """Return where an arrow ends that comes from within other regions.
+    """Return the end of an arrow that starts in other regions.
 
     PlantUML draws no arrow across the border of a region: such a one ends at the parallel state.
     """
