@@ -180,6 +180,8 @@ def _guarded(body: Callable[[], int], *, is_json: bool = False) -> int:
         sys.stderr.close()
         return OK
     except (MemoryError, OSError, ImportError, RuntimeError) as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):  # Python 3.11 wraps it in class bodies
+            return interrupted()
         told = exhausted(error)
         if told is None:
             return crash(error)

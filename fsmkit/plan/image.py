@@ -97,7 +97,7 @@ def scalars_by_path(type_: lang.Type, path: str = "") -> Iterator[tuple[str, lan
                 yield from scalars_by_path(element, f"{path}[{place}]")
         case lang.RecordType(_, fields):
             for part in fields:
-                yield from scalars_by_path(part.type, f"{path}.{part.name}")
+                yield from scalars_by_path(part.type, f"{path}." + part.name)
         case _:
             yield path, type_
 

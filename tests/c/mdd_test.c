@@ -31,7 +31,7 @@ static uint32_t node_of(fsm_mdd *mdd, uint32_t terminal, const bits *set, uint32
 {
     if (level == 0)
         return set->has[first] ? terminal : 0;
-    size_t base = fsm_mdd_begin(mdd);
+    size_t base = fsm_mdd_start(mdd);
     for (uint32_t value = 0; value < VALUES; value++) {
         uint32_t below = node_of(mdd, terminal, set, level - 1, first + value * step, step / VALUES);
         if (below != 0)
@@ -113,7 +113,7 @@ int main(int argc, char **argv)
         }
         sets[to] = made;
         nodes[to] = mdd.roots[to] = node;
-        if (mdd.made_since >= every)
+        if (mdd.created_since >= every)
             fsm_mdd_collect(&mdd);
         compared++;
     }

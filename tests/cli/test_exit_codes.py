@@ -181,9 +181,21 @@ def test_an_unknown_value_is_usage_and_lists_the_values(
     assert all(str(value) in told for value in known)
 
 
+def interrupted_import() -> RuntimeError:
+    """Return what Python 3.11 raises where an interrupt meets the creation of a class."""
+    error = RuntimeError("Error calling __set_name__ on 'Field' instance 'span' in 'Local'")
+    error.__cause__ = KeyboardInterrupt()
+    return error
+
+
 @pytest.mark.parametrize(
     ("raised", "code"),
-    [(ValueError("x"), 3), (KeyboardInterrupt(), 130), (AssertionError(), 3)],
+    [
+        (ValueError("x"), 3),
+        (KeyboardInterrupt(), 130),
+        (AssertionError(), 3),
+        (interrupted_import(), 130),
+    ],
 )
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_bug_and_an_interrupt(

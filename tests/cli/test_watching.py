@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event, Thread
@@ -13,6 +14,7 @@ import pytest
 from fsmkit.chart.loading import Stamp, stamp
 from fsmkit.cli import execute
 from fsmkit.cli.common import watching
+from fsmkit.cli.common.interrupts import start_time
 
 BASE = "chart: Base\ninitial: a\nstates: {a: {}}\n"
 DERIVED = "chart: D\nextends: base.yaml\n"
@@ -59,6 +61,8 @@ def test_a_verb_runs_again_when_a_base_changes(
     assert "mended" in told.out
     assert "broken-yaml" in told.err
     assert told.err.count("watching") == 4
+    before = time.monotonic()
+    assert start_time() >= before  # the clock of the repetitions ended with them
 
 
 def test_folders_and_the_project_file_are_watched(

@@ -119,4 +119,4 @@ def test_the_long_run_tells_its_figures() -> None:
     )
     assert result.exit_code == 0, result.output
     assert "5 charts on python: " in result.output
-    assert " 0 divergences, 0 refused, " in result.output
+    assert " 0 divergences, 0 rejected, " in result.output

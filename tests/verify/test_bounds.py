@@ -76,7 +76,7 @@ def test_a_machine_is_smaller_and_says_why(
     comment = re.search(r"/\* Bounds and figures\..*?\*/", header, re.DOTALL)
     assert comment is not None
     assert "Drive: this system; dense time" in comment[0]
-    assert "at most 2 events from outside" in comment[0]
+    assert "at most 2 external events" in comment[0]
     assert "#define DRIVER_QUEUE 3u" in header
     words = [chart, "--out", out, "--bounds", "from-check", "--system", str(system)]
     execute(["compile", *words, "--time", "untimed"])

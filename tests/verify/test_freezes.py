@@ -339,7 +339,7 @@ WRONG = {
     "node: {machines: [press], continues: 1ms..2ms}": ("expression-syntax", ""),
     "node: {machines: [press], silent: [robot.press_lost], within: 20ms..10ms}": (
         "bad-delay",
-        "least value",
+        "its minimum must not exceed",
     ),
     "node: {machines: [press], within: 10ms}": ("missing-key", "needs `silent`"),
     "node: {machines: [press], silent: [robot.press_lost], within: soon}": ("", ""),

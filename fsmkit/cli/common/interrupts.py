@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
@@ -29,9 +31,14 @@ def start_time() -> float:
     return _again[-1] if _again else time.monotonic() - (_age() if _listening else 0)
 
 
-def restart_clock() -> None:
-    """Set the start of the command line to now, for an automatic repetition."""
-    _again[:] = [time.monotonic()]
+@contextmanager
+def restarted_clock() -> Iterator[None]:
+    """Set the start of the command line to now for a block, an automatic repetition."""
+    _again.append(time.monotonic())
+    try:
+        yield
+    finally:
+        _again.pop()
 
 
 def listen() -> None:

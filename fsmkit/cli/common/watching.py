@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import click
 
 from fsmkit.chart.loading import READ, Stamp, stamp
 from fsmkit.cli.common.console import err, report, reported
-from fsmkit.cli.common.interrupts import received, restart_clock
+from fsmkit.cli.common.interrupts import received, restarted_clock
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.document.project import project_of
 from fsmkit.document.python_objects import is_reference
@@ -58,11 +59,13 @@ def run_again(run: Callable[[], int], paths: Iterable[Path]) -> int:
         `KeyboardInterrupt`.
 
     """
+    clock: AbstractContextManager[None] = nullcontext()
     while True:
         stamps: dict[Path, Stamp] = {path: stamp(path) for path in _with_folders(paths)}
         token = READ.set(stamps)
         try:
-            code = run()
+            with clock:
+                code = run()
         except FsmkitError as error:
             report(error.diagnostics)
             code = 1
@@ -72,7 +75,7 @@ def run_again(run: Callable[[], int], paths: Iterable[Path]) -> int:
             return code
         err.print(f"watching {len(stamps)} files and folders", style="dim")
         wait(stamps)
-        restart_clock()
+        clock = restarted_clock()
         reported.clear()
 
 

@@ -125,7 +125,7 @@ def test_a_board_that_keeps_to_the_protocol(tmp_path: Path) -> None:
         ({"ANSWER": 'sys.exit("out of smoke")'}, "board ended with exit code 1\n  out of smoke"),
         ({"ANSWER": "import os; os.kill(os.getpid(), 9)"}, "board was killed by signal 9"),
         ({"ANSWER": "time.sleep(3)"}, "board did not answer for 1 s"),
-        ({"ANSWER": 'socket.send(b"Eoverheated")'}, "board refuses: overheated"),
+        ({"ANSWER": 'socket.send(b"Eoverheated")'}, "board rejects the request: overheated"),
         ({"ANSWER": 'socket.send(b"S")'}, "board answers a step with 0 bytes"),
         (
             {"ANSWER": 'socket.send(b"S" + bytes(8 + 4 * len(writes)))'},
@@ -141,7 +141,7 @@ def test_what_goes_wrong_is_told_of(tmp_path: Path, other: dict[str, str], told:
 
 @pytest.mark.cc
 def test_a_program_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(CellError, match="board cannot be begun"):
+    with pytest.raises(CellError, match="board cannot be started"):
         run(tmp_path, Program("board", ("/no/such/board",)), steps=1)
 
 
