@@ -190,7 +190,7 @@ def test_what_the_part_needs_is_not_taken_from_the_chart(name: str, tmp_path: Pa
     )
     chart = chart_of(path)
     generate_machine(chart)
-    with pytest.raises(FsmkitError, match="a name of its own"):
+    with pytest.raises(FsmkitError, match="equal in C to one of the part"):
         generate_machine(chart, None, read_options({"with": "coverage"}))
 
 
