@@ -112,7 +112,7 @@ def is_plain(block: stmt.Block) -> bool:
 
     The active states are then not observable while it runs.
     """
-    is_quiet = not _facts(block) & (CALLS | SATURATES | FAILS | ASKS)
+    is_quiet = not _facts(block) & (CALLS | SATURATES | FAILS | TESTS_STATE)
     return is_quiet and all(isinstance(statement, stmt.Assign) for statement in block)
 
 
@@ -164,7 +164,7 @@ def outcomes(node: object) -> Outcomes:
 
 # --- the facts of a node --------------------------------------------------------------------------
 
-FAILS, FAULTS, SATURATES, CALLS, OBSERVES, ASKS, READS_EVENT, READS_NAME, ENDS, COUNTS = (
+FAILS, FAULTS, SATURATES, CALLS, OBSERVES, TESTS_STATE, READS_EVENT, READS_NAME, ENDS, COUNTS = (
     1 << bit for bit in range(10)
 )
 """The possible effects of an expression or a statement, with the nodes below it."""
@@ -270,7 +270,7 @@ OWN: Mapping[type, Callable[[Any], int]] = {
     lang.CoveredCondition: lambda _: COUNTS,
     lang.CoveredGuard: lambda _: COUNTS,
     lang.Call: lambda _: CALLS | OBSERVES,
-    lang.InState: lambda _: OBSERVES | ASKS,
+    lang.InState: lambda _: OBSERVES | TESTS_STATE,
     lang.EventField: lambda _: READS_EVENT,
     lang.EventName: lambda _: READS_NAME,
     lang.EventType: lambda _: READS_NAME,

@@ -152,7 +152,7 @@ class _Search:
     ) -> Iterator[tuple[Transition, tuple[Fact, ...]]]:
         chart = self.chart
         if any(chart.states[target].is_history for target in targets):
-            return  # where that leads is known only at run time
+            return  # its targets are known only at run time
         inside = entered(chart, targets, domain) if targets else frozenset({domain})
         for state in sorted(inside | {domain, *chart.ancestors(domain)}):
             below = [b for b in sorted(inside) if chart.is_descendant(b, state)]

@@ -27,7 +27,7 @@ def fitted(content: bytes) -> str:
     svg = content[:end].decode()
     try:
         widths = dict(_widths(parse_json(content[end:], strict=False)))
-    except ValueError:  # Graphviz writes some texts so that they are no JSON: nothing is fitted
+    except ValueError:  # Graphviz writes some texts as invalid JSON: nothing is fitted
         widths = {}
 
     def wide(found: re.Match[str]) -> str:

@@ -122,7 +122,7 @@ def improve_layout(content: bytes) -> str:
     text = content[:end].decode()
     try:
         layout = _layout_of(parse_json(content[end:], strict=False))
-    except ValueError:  # Graphviz writes some texts so that they are no JSON
+    except ValueError:  # Graphviz writes some texts as invalid JSON
         layout = Layout()
     return _edit(text, {**_equalize(layout), **_free_labels(layout)})
 

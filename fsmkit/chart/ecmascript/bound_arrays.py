@@ -218,7 +218,7 @@ class _Array:
             return None
         match place, value:
             case syntax.NameNode(name=name), syntax.NameNode(name=self.name) if name in self.opens:
-                return (statement,)  # its length is assigned where the other one is looked at
+                return (statement,)  # the pass for the other array assigns its length
             case syntax.NameNode(name=self.name), syntax.NameNode(name=other) if (
                 other in self.opens
             ):
@@ -277,7 +277,7 @@ class _Array:
             raise Unsuited
         self.grows |= first != "0"
         self.example = self.example or next((t for t in texts if not names(parsed(t))), None)
-        # the last one first: where there is no room, nothing has changed
+        # the last one first: if the array is full, nothing has changed
         stores = [
             stmt.Assign(
                 self._text(f"{self.name}[{first} + {place}]" if place else f"{self.name}[{first}]"),

@@ -104,7 +104,7 @@ class _Inliner:
             return None
         function, arguments = found
         if _expression(function.body, {p.name.value: p.name.value for p in function.parameters}):
-            return ()  # nobody sees what it computes
+            return ()  # its result is not used
         *body, last = function.body or (None,)
         if isinstance(last, stmt.Return):
             last = None

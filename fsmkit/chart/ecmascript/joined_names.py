@@ -15,7 +15,7 @@ from itertools import product
 from fsmkit.chart.ecmascript.entered_states import EnteredStates
 from fsmkit.chart.ecmascript.known_strings import MOST_LENGTH, Choice, KnownStrings
 from fsmkit.chart.ecmascript.known_values import find_values
-from fsmkit.chart.ecmascript.string_values import AT_HAND
+from fsmkit.chart.ecmascript.string_values import CURRENT_NAME
 from fsmkit.diagnostics import Text
 from fsmkit.document import document as doc
 from fsmkit.document.invocation_context import InvocationContext
@@ -80,8 +80,8 @@ class JoinedNames:
         join = self.joins.get(id(expression))
         if join is None or id(expression) in self.endless:
             return None
-        at_hand = sorted(name for name in self.names if matches(join.at, name))
-        made = self._strings(join.node, expression, at_hand)
+        current = sorted(name for name in self.names if matches(join.at, name))
+        made = self._strings(join.node, expression, current)
         if made is None:
             return None
         kept = [(held, value) for held, value in made if self._is_kept(held, value, send)]
@@ -96,7 +96,7 @@ class JoinedNames:
         if not join.may_lack_event:
             return False
         made = self._strings(join.node, expression, [HOLE]) or ()
-        return any(AT_HAND in held for held, _ in made)
+        return any(CURRENT_NAME in held for held, _ in made)
 
     def _is_kept(self, held: dict[str, str], value: str, send: DocSend) -> bool:
         is_elsewhere = value in self.out or self.forwards or not _stays(send)
@@ -104,7 +104,7 @@ class JoinedNames:
 
     def _exists(self, held: dict[str, str], value: str) -> bool:
         """Whether a raised event belongs to the chart: its name is written or matched there."""
-        return AT_HAND not in held or matches(self.descriptors, value)
+        return CURRENT_NAME not in held or matches(self.descriptors, value)
 
     # --- a fixpoint: a joined name is a current event later ---------------------------------------
 
@@ -128,8 +128,8 @@ class JoinedNames:
             for join in joins:
                 if not _may_stay(join.send):
                     continue
-                at_hand = sorted(name for name in fresh if matches(join.at, name))
-                made = self._strings(join.node, join.expression, at_hand) or ()
+                current = sorted(name for name in fresh if matches(join.at, name))
+                made = self._strings(join.node, join.expression, current) or ()
                 if any(len(value) > MOST_LENGTH for _, value in made):
                     return {id(join.expression)}
                 found = {value for held, value in made if self._exists(held, value)}
@@ -147,7 +147,7 @@ class JoinedNames:
         if not self.may_derive:
             return
         for held, value in self._strings(join.node, join.expression, [HOLE]) or ():
-            if AT_HAND not in held or value.count(HOLE) != 1:
+            if CURRENT_NAME not in held or value.count(HOLE) != 1:
                 continue
             before, after = value.split(HOLE)
             for name in known:
@@ -176,7 +176,7 @@ class JoinedNames:
             case syntax.NumberNode(digits=digits) if WHOLE.fullmatch(digits):
                 return [({}, digits)]
             case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="name"):
-                return [_equal(AT_HAND, name, text) for name in names]
+                return [_equal(CURRENT_NAME, name, text) for name in names]
             case syntax.ConditionalNode(test=test, then=then, otherwise=otherwise):
                 return self._either(test, then, otherwise, text, names)
             case syntax.BinaryNode(op="+", left=left, right=right) if not self._is_sum(node):

@@ -23,7 +23,7 @@ from fsmkit.chart.ecmascript.joined_names import MOST_NAMES, JoinedNames, find_j
 from fsmkit.chart.ecmascript.joined_values import decide_joins
 from fsmkit.chart.ecmascript.known_strings import KnownStrings, assigned, find_strings
 from fsmkit.chart.ecmascript.string_methods import decide_methods
-from fsmkit.chart.ecmascript.string_values import AT_HAND
+from fsmkit.chart.ecmascript.string_values import CURRENT_NAME
 from fsmkit.diagnostics import Span, Text
 from fsmkit.document.document import DocData, DocInvoke, DocState, DocTransition, Document
 from fsmkit.document.invocation_context import InvocationContext
@@ -280,7 +280,7 @@ class _Lowering:
         branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         if self.joined.may_lack_event(expression):
             failure = stmt.Fail(f"no event is at hand for `{expression}`", expression.span)
-            branches.append(stmt.Branch(text(f"{AT_HAND} == ''"), (failure,)))
+            branches.append(stmt.Branch(text(f"{CURRENT_NAME} == ''"), (failure,)))
         for choice in choices:
             body = self._named(replace(send, event=text(choice.value), event_expr=None))
             if choice.condition is None and not branches:

@@ -73,7 +73,7 @@ def _spread(document: Document, data: DocData, texts: list[Text]) -> Document:
     if any(known.keys() != full[0].keys() for known in full[1:]):
         return document
     members = dict.fromkeys(full[0] if full else ())
-    if len(full) < len(objects):  # some are empty: what is assigned elsewhere are members, too
+    if len(full) < len(objects):  # some are empty: assignments add members
         members |= dict.fromkeys(_assigned_members(document, name))
         if not members.keys() >= set(_named(document, name)):
             return document

@@ -21,7 +21,7 @@ from fsmkit.chart.ecmascript.joined_names import (
 from fsmkit.chart.ecmascript.joined_values import joined_texts
 from fsmkit.chart.ecmascript.known_strings import MOST_PAIRS, find_strings
 from fsmkit.chart.ecmascript.rewrite import names, nodes, parsed, rewrite_node
-from fsmkit.chart.ecmascript.string_values import AT_HAND, FUNCTIONS, Unknown, Value, evaluate
+from fsmkit.chart.ecmascript.string_values import CURRENT_NAME, FUNCTIONS, Unknown, Value, evaluate
 from fsmkit.diagnostics import Text
 from fsmkit.document.document import Document, Trigger
 from fsmkit.document.invocation_context import InvocationContext
@@ -49,7 +49,7 @@ def decide_methods(survey: Survey, given: InvocationContext | None) -> Survey:
     if document.datamodel == "fsmkit" or not hinting:
         return survey
     whole = tuple(parts(document))
-    if any(AT_HAND in value for value in hinting):
+    if any(CURRENT_NAME in value for value in hinting):
         document = _decide_names(document, whole, given)
         whole = tuple(parts(document))
     known = find_strings(document, whole, given, {})
@@ -70,9 +70,9 @@ def _decide_names(
     known = find_strings(document, whole, given, {})
     names = find_joined_names(document, whole, given, known).names
     names = names or names_of_events(whole, given, known)
-    at_hand = {
-        id(text): {name for name in names if matches(heard, name)}
-        for heard, place in _with_event(document)
+    names_by_text = {
+        id(text): {name for name in names if matches(prefixes, name)}
+        for prefixes, place in _with_event(document)
         for text in texts(place)
     }
 
@@ -80,8 +80,8 @@ def _decide_names(
         return None if name in known.unset else known.strings_of(name)
 
     def held(text: Text) -> Sets:
-        found = at_hand.get(id(text))
-        return lambda name: found if name == AT_HAND else of_variable(name)
+        found = names_by_text.get(id(text))
+        return lambda name: found if name == CURRENT_NAME else of_variable(name)
 
     joining = frozenset(id(text) for part in whole for text in joined_texts(part))
     return _changed(document, held, joining)
@@ -132,7 +132,7 @@ def _changed(
 def _decided(node: syntax.Node, sets: Sets, *, may_join: bool) -> str | None:
     """Return a choice of values of a node by its variables, or None to leave it unchanged."""
     inside = list(nodes(node))
-    named = [n for n in inside if isinstance(n, syntax.MemberNode) and _is_at_hand(n)]
+    named = [n for n in inside if isinstance(n, syntax.MemberNode) and _is_current_name(n)]
     applied = [
         n for n in inside if isinstance(n, syntax.CallNode | syntax.MemberNode | syntax.ElementNode)
     ]
@@ -143,7 +143,7 @@ def _decided(node: syntax.Node, sets: Sets, *, may_join: bool) -> str | None:
     if named and sum(isinstance(n, syntax.NameNode) and n.name == "_event" for n in inside) == len(
         named
     ):
-        asked = asked - {"_event"} | {AT_HAND}
+        asked = asked - {"_event"} | {CURRENT_NAME}
     variables = sorted(asked)
     values = [sets(name) for name in variables]
     if not variables or not all(values):
@@ -159,8 +159,10 @@ def _decided(node: syntax.Node, sets: Sets, *, may_join: bool) -> str | None:
         return None
 
 
-def _is_at_hand(node: syntax.MemberNode) -> bool:
-    return isinstance(node.base, syntax.NameNode) and f"{node.base.name}.{node.name}" == AT_HAND
+def _is_current_name(node: syntax.MemberNode) -> bool:
+    return (
+        isinstance(node.base, syntax.NameNode) and f"{node.base.name}.{node.name}" == CURRENT_NAME
+    )
 
 
 def _chain(

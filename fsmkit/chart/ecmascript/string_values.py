@@ -27,7 +27,7 @@ COMPARED: Mapping[str, Callable[[Any, Any], bool]] = {
     ">": operator.gt,
     ">=": operator.ge,
 }
-AT_HAND = "_event.name"
+CURRENT_NAME = "_event.name"
 """The key for values of the current event's name."""
 BLANK = "\\t\\n\\v\\f\\r \\xa0\\u1680\\u2000-\\u200a\\u2028\\u2029\\u202f\\u205f\\u3000\\ufeff"
 """White space and line ends of ECMA-262 12.2 and 12.3."""
@@ -53,8 +53,10 @@ def evaluate(node: syntax.Node, held: Mapping[str, Value]) -> Value:
         case syntax.NameNode(name=name) if name in held:
             value = held[name]
             return _plain(value) if isinstance(value, str) else value
-        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="name") if AT_HAND in held:
-            return _plain(_string(held[AT_HAND]))
+        case syntax.MemberNode(base=syntax.NameNode(name="_event"), name="name") if (
+            CURRENT_NAME in held
+        ):
+            return _plain(_string(held[CURRENT_NAME]))
         case syntax.TruthNode(value=truth):
             return truth
         case syntax.UnaryNode(op="!", operand=operand):

@@ -258,7 +258,7 @@ def member_numbers(declared: DocType, findings: Findings) -> tuple[int, ...]:
                 secondary=[(numbers[number].span, "the first")],
                 help="give each member a number of its own",
             )
-            number = max(numbers) + 1  # so that each value has one name in what follows
+            number = max(numbers) + 1  # each value has one name from here on
         numbers[number] = member.name
         following = number + 1
     return tuple(numbers)

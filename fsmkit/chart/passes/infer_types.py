@@ -50,12 +50,12 @@ def infer_types(
         for _ in range(MOST_ROUNDS):
             before = uses.known()
             for place in content:
-                uses.look_at(place)
-            uses.look_at_whole_payloads()
-            uses.look_at_finals(tree)
-            uses.look_at_invokes(tree)
+                uses.record_block(place)
+            uses.record_whole_payloads()
+            uses.record_finals(tree)
+            uses.record_invokes(tree)
             if given is not None:
-                uses.look_at_given(given)
+                uses.record_given(given)
             uses.learn()
             is_settled = before == uses.known()
             if is_settled:
@@ -100,7 +100,7 @@ class _Uses:
         fields = {event: dict(known) for event, known in self.fields.items()}
         return dict(self.types), fields, dict(self.hints)
 
-    def look_at(self, place: Place) -> None:
+    def record_block(self, place: Place) -> None:
         """Record the types that one handler assigns and sends."""
         matched = self._matched(place)
         if place.invoke is not None:
@@ -130,7 +130,7 @@ class _Uses:
                     else:
                         self._read(event, read)
 
-    def look_at_whole_payloads(self) -> None:
+    def record_whole_payloads(self) -> None:
         """Record the types of payloads that are one value: no field of them is read.
 
         A use without a known type does not decide whether the payload is one value.
@@ -141,21 +141,21 @@ class _Uses:
                 self._read(event, read)
         self.whole.clear()
 
-    def look_at_finals(self, tree: Tree) -> None:
+    def record_finals(self, tree: Tree) -> None:
         """Record the types of final states' data, the payload of their parent's done event."""
         for node in tree.nodes:
             if node.state.done_data:
                 event = done_event(tree, node)
                 self._join(event, node.state.done_data, self.names.scope)
 
-    def look_at_invokes(self, tree: Tree) -> None:
+    def record_invokes(self, tree: Tree) -> None:
         """Record the type of the variables that ids of invocations are stored in."""
         for node in tree.nodes:
             for invoke in node.state.invokes:
                 if invoke.id_location is not None:
                     self._assign(invoke.id_location.value.strip(), lang.SYMBOL)
 
-    def look_at_given(self, given: InvocationContext) -> None:
+    def record_given(self, given: InvocationContext) -> None:
         """Record the types that the invoking machine passes in data and events."""
         for name, type_ in given.data:
             self._assign(name, type_)

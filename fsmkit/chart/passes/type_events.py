@@ -138,12 +138,12 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
     kind = _optional(written.type, written.type_expr, "type", written, context)
     timed = type_delay(written, context)
     delay = timed.ticks
-    if event is None or isinstance(target, _Bad) or isinstance(kind, _Bad):
+    if event is None or isinstance(target, _Unreadable) or isinstance(kind, _Unreadable):
         return ()
     if kind is not None and kind.value not in PROCESSORS:
         return _failure(f"there is no event processor `{kind}`", kind, written, context)
     where = _destination(event, target, delay, written, context)
-    if not isinstance(where, _Where):
+    if not isinstance(where, _Destination):
         return where
     if where.destination is stmt.Destination.INTERNAL:
         event = context.events.raised(event)
@@ -186,7 +186,7 @@ def type_send(written: DocSend, context: Context) -> tuple[stmt.Statement, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Where:
+class _Destination:
     """The destination of an event; ``peer`` is the text after ``to``."""
 
     destination: stmt.Destination
@@ -194,22 +194,22 @@ class _Where:
     invocations: tuple[int, ...] = ()
 
 
-class _Bad:
-    """An attribute that was given and cannot be read."""
+class _Unreadable:
+    """The result for an attribute whose value is not known at compile time."""
 
 
 def _optional(
     text: Text | None, expression: Text | None, what: str, written: DocSend, context: Context
-) -> Text | _Bad | None:
+) -> Text | _Unreadable | None:
     if text is None and expression is None:
         return None
-    return _literal(text, expression, what, written, context) or _Bad()
+    return _literal(text, expression, what, written, context) or _Unreadable()
 
 
 def _literal(
     text: Text | None, expression: Text | None, what: str, written: DocSend, context: Context
 ) -> Text | None:
-    """Return a name that is written, or the value of an expression known when compiling."""
+    """Return a literal name, or the compile-time value of an expression; None with a finding."""
     if text is not None:
         return text
     if expression is None:
@@ -241,7 +241,7 @@ def _destination(
     delay: lang.Expr | None,
     written: DocSend,
     context: Context,
-) -> _Where | tuple[stmt.Statement, ...]:
+) -> _Destination | tuple[stmt.Statement, ...]:
     """Return the destination of an event, or the failure that its target causes."""
     is_out = Direction.OUT in event.directions
     only_out = event.directions == {Direction.OUT}
@@ -254,22 +254,22 @@ def _destination(
                 help="write `to self`, or `to` and the name of a peer",
             )
             return ()
-        return _Where(stmt.Destination.PORT if is_out else stmt.Destination.SELF)
+        return _Destination(stmt.Destination.PORT if is_out else stmt.Destination.SELF)
     if target.value == "#_internal":
         if delay is not None:
             return _failure("`#_internal` takes no delay", target, written, context)
-        return _Where(stmt.Destination.INTERNAL)
+        return _Destination(stmt.Destination.INTERNAL)
     if target.value in context.invoker:
-        return _Where(stmt.Destination.INVOKER, "#_parent")
+        return _Destination(stmt.Destination.INVOKER, "#_parent")
     if target.value in context.invoked:
-        return _Where(stmt.Destination.INVOKED, target.value, context.invoked[target.value])
+        return _Destination(stmt.Destination.INVOKED, target.value, context.invoked[target.value])
     session = context.scope.constants.get(SESSION)
     if session is not None and target.value == lang.location_of_session(str(session.value)):
-        return _Where(stmt.Destination.SELF)
+        return _Destination(stmt.Destination.SELF)
     if target.value == "self" and not only_out:
-        return _Where(stmt.Destination.SELF)
+        return _Destination(stmt.Destination.SELF)
     if is_out:
-        return _Where(stmt.Destination.PORT, target.value)
+        return _Destination(stmt.Destination.PORT, target.value)
     if not context.is_loose:
         context.findings.add(
             "wrong-direction",

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from fsmkit.chart.chart import Chart, Data, Event, Invocation, State, Transition
 from fsmkit.chart.format import format_statement
 from fsmkit.chart.statements import Block
-from fsmkit.chart.views.origins import Origins, Where
+from fsmkit.chart.views.origins import ItemOrigin, Origins
 from fsmkit.chart.views.properties import environment_parts, property_parts
 from fsmkit.diagnostics import Span
 from fsmkit.diagnostics.as_json import location
@@ -84,7 +84,7 @@ def _at(origin: Origin, span: Span | None) -> Json:
     return found if span is None else {**found, "at": location(span)}
 
 
-def _from(where: Where | None) -> Json:
+def _from(where: ItemOrigin | None) -> Json:
     return {} if where is None else _at(where.origin, where.span)
 
 

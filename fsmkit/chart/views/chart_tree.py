@@ -16,7 +16,7 @@ from fsmkit.chart.format import (
     format_signature,
     format_trigger,
 )
-from fsmkit.chart.views.origins import Origins, Where
+from fsmkit.chart.views.origins import ItemOrigin, Origins
 from fsmkit.chart.views.properties import environment_parts, format_property
 from fsmkit.diagnostics import Span
 from fsmkit.document import keys
@@ -82,7 +82,7 @@ class _Maker:
         for child in self.chart.root.children:
             self._state(tree, self.chart.states[child])
 
-    def _line(self, label: str, where: Where, marks: Iterable[str] = ()) -> Text:
+    def _line(self, label: str, where: ItemOrigin, marks: Iterable[str] = ()) -> Text:
         line = Text(label, STYLES[where.origin])
         listed = ", ".join(marks)
         line.append(f"  {listed}" if listed else "", "italic")
@@ -94,7 +94,7 @@ class _Maker:
 
     def _declarations(self, tree: Tree) -> None:
         chart, tick = self.chart, self.chart.capacities.tick
-        nowhere = Where(Origin.OWN, None)
+        nowhere = ItemOrigin(Origin.OWN, None)
         self._group(
             tree,
             "types",
@@ -139,14 +139,14 @@ class _Maker:
         self._group(
             tree,
             "properties",
-            [(format_property(p), Where(p.origin, p.name.span)) for p in chart.properties],
+            [(format_property(p), ItemOrigin(p.origin, p.name.span)) for p in chart.properties],
         )
         if chart.environment is not None:
             group = tree.add(Text("environment", "bold"))
             for key, items in environment_parts(chart.environment).items():
                 group.add(Text(f"{key} {', '.join(items)}"))
 
-    def _group(self, tree: Tree, name: str, items: list[tuple[str, Where]]) -> None:
+    def _group(self, tree: Tree, name: str, items: list[tuple[str, ItemOrigin]]) -> None:
         if items:
             group = tree.add(Text(name, "bold"))
             for label, where in items:
@@ -158,7 +158,7 @@ class _Maker:
         start = format_value(data.init.value, data.type, self.chart.capacities.tick)
         return f"{data.name}: {data.type} = {start}"
 
-    def _event(self, event: Event) -> tuple[str, Where]:
+    def _event(self, event: Event) -> tuple[str, ItemOrigin]:
         signature = format_signature(event.name, event.fields, event.reply)
         if not event.fields and event.reply is None:
             signature = event.name
@@ -176,16 +176,16 @@ class _Maker:
             else:
                 group.add(Text(f"{name} {value}  (default)", "dim"))
 
-    def _named(self, name: str, origin: Origin, span: Span | None) -> Where:
+    def _named(self, name: str, origin: Origin, span: Span | None) -> ItemOrigin:
         """Return the origin of a name; a dotted name is declared in a copy."""
         names = [c.name for c in self.chart.copies if name.startswith(f"{c.name}.")]
-        return Where(origin, span, max(names, key=len, default=""))
+        return ItemOrigin(origin, span, max(names, key=len, default=""))
 
-    def _within(self, state: int, origin: Origin, span: Span) -> Where:
+    def _within(self, state: int, origin: Origin, span: Span) -> ItemOrigin:
         """Return the origin of a state or of a part of it."""
         copy = self.copies.get(state, "")
         is_here = any(span.source.name == source.name for source in self.chart.sources)
-        return Where(origin, span, "" if is_here else copy)
+        return ItemOrigin(origin, span, "" if is_here else copy)
 
     def _title(self, state: State) -> str:
         used = [copy.chart for copy in self.chart.copies if copy.state == state.index]
@@ -241,7 +241,7 @@ class _Maker:
             if invocation.state != state.index:
                 continue
             marks = ["autoforward"] if invocation.autoforward else []
-            where = Where(state.origin, invocation.span)
+            where = ItemOrigin(state.origin, invocation.span)
             inner = f"{invocation.id}: {invocation.chart.name}"
             node = tree.add(self._line(inner, where, marks))
             own = [e for e in self.chart.events if e.invocation == invocation.index and e.finalize]
@@ -270,7 +270,7 @@ class _Maker:
         if transition.content:
             label += f" / {format_block(transition.content, chart)}"
         marks = keys.marks(transition, keys.kept_keys(keys.TRANSITION, Transition))
-        # an implied initial transition stands nowhere: its place is that of its state
+        # an implied initial transition has the location of its state
         implied = transition.trigger is Trigger.INITIAL and (
             transition.span == chart.states[transition.source].span
         )
