@@ -44,8 +44,18 @@ def printed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().out
 
 
+STARTS_TOOLS = ("export a model for UPPAAL", "run a script on generated C")
+"""Tasks that start `dot` or `clang` where they are installed."""
+
+
 @pytest.mark.cc
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize(
+    "task",
+    [
+        pytest.param(task, marks=pytest.mark.external if task in STARTS_TOOLS else ())
+        for task in TASKS
+    ],
+)
 def test_help_names_what_solves_a_task(
     task: str,
     tmp_path: Path,

@@ -175,7 +175,7 @@ def test_no_compiler_is_a_finding(lamp: Chart, monkeypatch: pytest.MonkeyPatch) 
         ("chart: A\nabstract: true\ninitial: a\nstates: {a: {}}\n", "is abstract"),
         (
             "chart: A\ndata: {x: float64 = 1.5, y: uint64 = 0}\nstates: {a: {entry: y = x}}",
-            "cannot be brought into",
+            "C cannot convert a floating-point number",
         ),
     ],
 )
