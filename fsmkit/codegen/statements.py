@@ -64,49 +64,50 @@ class StatementPrinter:
                 assert_never(statement)
 
     def _assign(self, location: lang.Location, value: lang.Expr) -> None:
-        _lacks(location, value)
+        _reject_hook(location, value)
 
     def _raise(self, event: int, arguments: tuple[lang.Expr, ...]) -> None:
-        _lacks(event, arguments)
+        _reject_hook(event, arguments)
 
     def _send(self, statement: stmt.Send) -> None:
-        _lacks(statement)
+        _reject_hook(statement)
 
     def _cancel(self, name: str) -> None:
-        _lacks(name)
+        _reject_hook(name)
 
     def _log(self, label: str, values: tuple[lang.Expr, ...]) -> None:
-        _lacks(label, values)
+        _reject_hook(label, values)
 
     def _if(self, statement: Choice) -> None:
-        _lacks(statement)
+        _reject_hook(statement)
 
     def _loop(self, statement: Loop) -> AbstractContextManager[tuple[str, str]]:
         """Open a loop; the result is the text of the element and that of its position."""
-        _lacks(statement)
+        _reject_hook(statement)
 
     def _set(self, variable: lang.Variable, text: str) -> None:
         """Print the assignment of a loop's variable."""
-        _lacks(variable, text)
+        _reject_hook(variable, text)
 
     def _local(self, variable: lang.Variable, value: lang.Expr) -> None:
-        _lacks(variable, value)
+        _reject_hook(variable, value)
 
     def _return(self, value: lang.Expr) -> None:
-        _lacks(value)
+        _reject_hook(value)
 
     def _reply(self, value: lang.Expr) -> None:
-        _lacks(value)
+        _reject_hook(value)
 
     def _call(self, call: lang.Call) -> None:
-        _lacks(call)
+        _reject_hook(call)
 
     def _fail(self, reason: str, *, is_raised: bool) -> None:
-        _lacks(reason, is_raised)
+        _reject_hook(reason, is_raised)
 
     def _invoke(self, slot: int, arguments: tuple[lang.Expr, ...]) -> None:
-        _lacks(slot, arguments)
+        _reject_hook(slot, arguments)
 
 
-def _lacks(*parts: object) -> NoReturn:
-    raise NotImplementedError(parts)
+def _reject_hook(*parts: object) -> NoReturn:
+    """Fail for a hook that a printer lacks: its target rejects such content before it prints."""
+    raise TypeError(f"the printer has no hook for {parts}")
