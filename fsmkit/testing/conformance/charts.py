@@ -151,7 +151,7 @@ CAUSES: Mapping[str, re.Pattern[str]] = {
         r"|could not be read$|leaves the folder of the chart$"
     ),
     "an element without what SCXML demands, or of no SCXML": re.compile(
-        r"`<[^>]*>` (has no `|is no executable content|follows)"
+        r"`<[^>]*>` (has no `|is not executable content|follows)"
     ),
     "a call on an object": re.compile(r"cannot be called$"),
     "a name, state or operation that is not there": re.compile(
@@ -162,15 +162,17 @@ CAUSES: Mapping[str, re.Pattern[str]] = {
     "a field that the event does not have": re.compile(r"(the event|event `[^`]*`) has no field"),
     "strings joined at run time": re.compile(r"strings cannot be joined|computed at run time"),
     "an object or a list that grows": re.compile(
-        r"`\{` is not expected|empty list tells no type|has no (field|elements)|is no array"
+        r"`\{` is not expected|of an empty list is unknown|has no (field|elements)|is not an array"
     ),
     "a function, loop, class or module": re.compile(
         r"`(function|new|import|this|JSON|Date)` is outside|loop without a bound"
     ),
     "`Math`": re.compile(r"`Math\.|this power|may not be whole"),
-    "types that do not agree": re.compile(r"is expected\b|one side is|does not apply|is given"),
+    "types that do not agree": re.compile(
+        r"is expected\b|one side is|does not apply|is given|cannot be compared"
+    ),
     "text of another language, or broken": re.compile(
-        r"is not expected here|is no statement|ends too early|is outside the language"
+        r"is not expected here|is not a statement|ends too early|is outside the language"
     ),
 }
 """Causes in the order in which they are tried, by the message of the finding."""

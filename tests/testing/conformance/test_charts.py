@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.cli import execute
-from fsmkit.testing.conformance.charts import REFUSED, Reading, Stage, meaning, read_chart
+from fsmkit.testing.conformance.charts import CAUSES, REFUSED, Reading, Stage, meaning, read_chart
 from fsmkit.testing.conformance.conformance import Result
 from fsmkit.testing.conformance.suites import find_cases, find_charts
 
@@ -130,19 +130,40 @@ REPLACED = {
     '<onentry><assign name="x"/></onentry>': (
         "an element without what SCXML demands, or of no SCXML"
     ),
+    "<onentry><vendor/></onentry>": "an element without what SCXML demands, or of no SCXML",
     "<onentry><script>for (;;) {}</script></onentry>": "a function, loop, class or module",
     '<transition cond="{" target="s"/>': "an object or a list that grows",
     '<transition event="e" cond="_event.data == _event.data" target="s"/>': (
         "`_event.data` as a whole"
     ),
+    '<transition cond="n[0] == 1" target="s"/>': "an object or a list that grows",
+    '<transition event="e" cond="_event.invokeid == 1" target="s"/>': "`_event.type` and its like",
+    '<onentry><send event="f"><param name="b" expr="1"/></send></onentry>'
+    '<transition event="f" cond="_event.data.a == 1"/>': "a field that the event does not have",
+    "<onentry><script>text = text + n</script></onentry>": "strings joined at run time",
+    '<transition cond="Math.pow(n, d) == 0" target="s"/>': "`Math`",
+    '<transition cond="text == n" target="s"/>': "types that do not agree",
+    "<onentry><script>n; n = 1</script></onentry>": "text of another language, or broken",
+    '<transition cond="n ==" target="s"/>': "text of another language, or broken",
 }
+
+
+DATA = (
+    '<datamodel><data id="n" expr="1"/><data id="text" expr="\'a\'"/><data id="d" expr="0.5"/>'
+    "</datamodel>"
+)
+
+
+def test_each_cause_has_an_example() -> None:
+    """A message in other words than the pattern of its cause would be counted as `other`."""
+    assert set(REPLACED.values()) == set(CAUSES)
 
 
 @pytest.mark.cc
 @pytest.mark.parametrize(("inside", "cause"), REPLACED.items())
 def test_a_place_that_is_an_error_has_a_cause(tmp_path: Path, inside: str, cause: str) -> None:
     path = tmp_path / "a.scxml"
-    path.write_text(f'{HEAD}><state id="s">{inside}</state></scxml>', encoding="utf-8")
+    path.write_text(f'{HEAD}>{DATA}<state id="s">{inside}</state></scxml>', encoding="utf-8")
     reading = read_chart(path, "a", 20)
     assert set(reading.causes) == {cause}
     kept = meaning([reading, Reading("b", Stage.CHART, 0, ""), Reading("c", Stage.READ, 0, "x")])
