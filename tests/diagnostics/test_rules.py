@@ -75,9 +75,9 @@ def test_every_finding_has_a_rule() -> None:
 
 @pytest.mark.slow
 def test_every_rule_is_used() -> None:
-    """Some rules pass through functions on their way, so any literal counts.
+    """Some rules pass through functions before they are used, so any literal counts.
 
-    The target that the documentation builds stands for those of users, which have rules too.
+    The target that the documentation builds represents those of users, which have rules too.
     """
     files = [*PACKAGE.rglob("*.py"), *USERS_TARGET.rglob("*.py")]
     text = "\n".join(file.read_text(encoding="utf-8") for file in files)
