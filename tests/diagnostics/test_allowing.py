@@ -1,4 +1,4 @@
-"""Comments that allow a rule: what they hide, and what is told of those that hide nothing."""
+"""Comments that allow a rule: suppressed findings, and findings on comments without effect."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SCXML = """\
   </state>
 </scxml>
 """
-# what is shown: (file, text, in its place, variables that are still told)
+# what is shown: (file, text, replacement, variables that are still reported)
 PLACES = {
     "nothing": ("a.yaml", "chart", "chart", ["one", "two"]),
     "a line": ("a.yaml", "one: 0..9 = 0", "one: 0..9 = 0  # fsmkit: allow unread-data", ["two"]),
@@ -95,7 +95,7 @@ def test_an_entry_goes_on_to_the_next_one_of_its_column() -> None:
     assert found.lines == (0, -1)
 
 
-# comment above `data:`: what is told of it
+# comment above `data:`: the finding on it
 UNUSED = {
     "# fsmkit: allow unread-data": None,
     "# fsmkit: allow never-taken": "this comment suppresses no finding of `never-taken`",

@@ -98,7 +98,7 @@ SARIF = {
         },
     },
 }
-"""What SARIF 2.1.0 demands of the objects that are written (sections 3.13, 3.14, 3.27, 3.28)."""
+"""SARIF 2.1.0 of the written objects, as a schema (sections 3.13, 3.14, 3.27, 3.28)."""
 
 
 @pytest.fixture
