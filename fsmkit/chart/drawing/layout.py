@@ -244,7 +244,8 @@ def _equalize(layout: Layout) -> _Edits:
         bottom = min(region.box.bottom for region in regions)
         for region in regions:
             old = region.box
-            for wanted in (replace(old, top=top), replace(region.box, bottom=bottom)):
+            for side in ({"top": top}, {"bottom": bottom}):
+                wanted = replace(region.box, **side)
                 if wanted != region.box and _has_room(region, wanted, layout):
                     region.rise = wanted.top - old.top
                     region.box = wanted

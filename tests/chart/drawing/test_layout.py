@@ -101,6 +101,21 @@ def test_regions_are_equally_high(seed: int, count: int) -> None:
     assert crossing(found) == []
 
 
+@pytest.mark.parametrize(
+    "crossings", [{0: 1, 1: 2}, {1: 0, 2: 1}, {0: 2, 1: 1}], ids=["right", "left", "far"]
+)
+def test_regions_with_arrows_between_them_are_equally_high(crossings: dict[int, int]) -> None:
+    text = "chart: Crossed\nevents: {in: [go, cross]}\nstates:\n  p:\n    regions:\n"
+    for n in range(3):
+        cross = f", cross: {{target: b{crossings[n]}, ordered: true}}" if n in crossings else ""
+        states = f"a{n}: {{on: {{go: b{n}{cross}}}}}, b{n}: {{on: {{go: c{n}}}}}, c{n}: {{}}"
+        text += f"      r{n}: {{states: {{{states}}}}}\n"
+    chart = elaborated(text)
+    (boxes,) = regions(chart, seen(chart))
+    assert max(box.top for box in boxes) - min(box.top for box in boxes) < 0.5
+    assert max(box.bottom for box in boxes) - min(box.bottom for box in boxes) < 0.5
+
+
 @pytest.mark.parametrize("path", CHARTS, ids=lambda path: path.stem)
 def test_no_label_stands_on_a_border(path: Path) -> None:
     chart = load(path)

@@ -104,6 +104,9 @@ class Drawer:
                 _initial(state), shape="circle", fillcolor=color, color=color, label="",
                 width=0.13, height=0.13, fixedsize="true",
             )  # fmt: skip
+            initial = self.chart.transitions[state.initial]
+            if len(initial.targets) > 1:
+                yield margin + self._fork_bar(initial)
         else:
             yield margin + statement(_initial(state), **INVISIBLE)
         if any(self._goes_inside(self.chart.transitions[t]) for t in state.transitions):
@@ -243,17 +246,22 @@ class Drawer:
         The text of an arrow from a compound state is a node of its own: as a label Graphviz would
         put it halfway from the node inside, perhaps into the part that is clipped.
         """
-        for transition in (self.chart.transitions[t] for t in state.transitions):
-            text, color = self._label(transition), self._look(transition)["color"]
+        default = (state.initial,) if state.is_history and state.initial is not None else ()
+        for transition in (self.chart.transitions[t] for t in (*state.transitions, *default)):
+            text = self._label(transition)
             if len(transition.targets) > 1:
-                yield statement(
-                    _bar(transition), shape="box", style="filled", label="", width=0.5,
-                    height=0.05, fixedsize="true", fillcolor=color, color=color,
-                    **_piece_of(transition, "bar"),
-                )  # fmt: skip
+                yield self._fork_bar(transition)
             elif text and self._is_cluster(state.index) and self._leaves(transition):
                 more = {**text, **_piece_of(transition, "text")}
                 yield statement(_words(transition), shape="plain", fillcolor="none", **more)
+
+    def _fork_bar(self, transition: Transition) -> str:
+        """Return the bar of a transition with several targets, a fork in UML."""
+        color = self._look(transition)["color"]
+        return statement(
+            _bar(transition), shape="box", style="filled", label="", width=0.5, height=0.05,
+            fixedsize="true", fillcolor=color, color=color, **_piece_of(transition, "bar"),
+        )  # fmt: skip
 
     # --- transitions ----------------------------------------------------------------------
 

@@ -58,9 +58,7 @@ def _classes(chart: Chart, active: frozenset[int]) -> Iterator[tuple[str, list[S
 def _children(chart: Chart, state: State, margin: str) -> Iterator[str]:
     if state.initial is not None and state.kind is not Kind.PARALLEL:
         transition = chart.transitions[state.initial]
-        for target in transition.targets:
-            words = _label(chart, transition)
-            yield f"{margin}[*] --> {_name(chart.states[target])}{words}"
+        yield from (margin + line for line in _arrows_from(chart, "[*]", transition))
     regions = [s for s in (chart.states[child] for child in state.children) if not s.is_history]
     for child in (chart.states[child] for child in state.children):
         if state.kind is Kind.PARALLEL and child in regions[1:]:
@@ -94,7 +92,12 @@ def _state(chart: Chart, state: State, margin: str) -> Iterator[str]:
 def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
     if is_inside(transition):
         return
-    source, words = _name(chart.states[transition.source]), _label(chart, transition)
+    yield from _arrows_from(chart, _name(chart.states[transition.source]), transition)
+
+
+def _arrows_from(chart: Chart, source: str, transition: Transition) -> Iterator[str]:
+    """Yield the arrow of a transition; one with several targets goes through the bar of a fork."""
+    words = _label(chart, transition)
     targets = [_name(chart.states[target]) for target in transition.targets]
     if len(targets) == 1:
         yield f"{source} --> {targets[0]}{words}"

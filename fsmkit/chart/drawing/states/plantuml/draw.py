@@ -62,9 +62,7 @@ def _children(chart: Chart, state: State, active: frozenset[int], margin: str) -
         transition = chart.transitions[state.initial]
         around = _regions_around(chart, state.index)
         ends = {t: _end(chart, t, around) for t in transition.targets}
-        for end in dict.fromkeys(ends.values()):
-            arrow = f"[*] -{_look(transition)}-> s{end}"
-            yield margin + arrow + _label(chart, transition, _words(chart, "to", ends, end))
+        yield from (margin + line for line in _arrows_from(chart, "[*]", transition, ends))
 
 
 def _state(chart: Chart, state: State, active: frozenset[int], margin: str) -> Iterator[str]:
@@ -97,19 +95,33 @@ def _arrows(chart: Chart, transition: Transition) -> Iterator[str]:
     ends = {t: _end(chart, t, around) for t in transition.targets}
     common = set.intersection(*(set(_regions_around(chart, t)) for t in transition.targets))
     source = _end(chart, transition.source, tuple(common))
-    from_ = _words(chart, "from", {transition.source: source}, source)
+    from_ = _words(chart, "from", transition.source, source)
+    yield from _arrows_from(chart, f"s{source}", transition, ends, from_)
+
+
+def _arrows_from(
+    chart: Chart,
+    source: str,
+    transition: Transition,
+    ends: Mapping[int, int],
+    more: tuple[str, ...] = (),
+) -> Iterator[str]:
+    """Yield the arrow of a transition; one with several targets goes through the bar of a fork.
+
+    ``ends``: for each target, the state at whose border its arrow ends. ``more``: further lines of
+    the label.
+    """
     arrow = f"-{_look(transition)}->"
-    if len(set(ends.values())) == 1:
-        (target,) = set(ends.values())
-        words = _label(chart, transition, from_ + _words(chart, "to", ends, target))
-        yield f"s{source} {arrow} s{target}{words}"
+    if len(ends) == 1:
+        ((target, end),) = ends.items()
+        words = _label(chart, transition, more + _words(chart, "to", target, end))
+        yield f"{source} {arrow} s{end}{words}"
         return
     fork = f"fork_{transition.index}"
     yield f"state {fork} <<fork>>"
-    yield f"s{source} {arrow} {fork}{_label(chart, transition, from_)}"
-    for target in dict.fromkeys(ends.values()):
-        more = _words(chart, "to", ends, target)
-        yield f"{fork} {arrow} s{target}{_after_colon(more)}"
+    yield f"{source} {arrow} {fork}{_label(chart, transition, more)}"
+    for target, end in ends.items():
+        yield f"{fork} {arrow} s{end}{_after_colon(_words(chart, 'to', target, end))}"
 
 
 def _is_of_a_region(chart: Chart, transition: Transition) -> bool:
@@ -150,10 +162,9 @@ def _end(chart: Chart, state: int, others: Sequence[int]) -> int:
     return parent
 
 
-def _words(chart: Chart, word: str, ends: Mapping[int, int], end: int) -> tuple[str, ...]:
-    """Return a label with the states inside ``end`` whose arrows are drawn at its border."""
-    inner = [chart.states[state].id for state, at in ends.items() if at == end != state]
-    return (f"{word} {', '.join(inner)}",) if inner else ()
+def _words(chart: Chart, word: str, state: int, end: int) -> tuple[str, ...]:
+    """Return a label that names a state inside ``end`` whose arrow is drawn at its border."""
+    return () if state == end else (f"{word} {chart.states[state].id}",)
 
 
 def _look(transition: Transition) -> str:
