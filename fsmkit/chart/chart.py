@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from fsmkit.chart.statements import Block
-from fsmkit.diagnostics import Source, Span
+from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.diagnostics.fast_init import fast_init
 from fsmkit.document.document import (
     HISTORIES,
@@ -53,6 +53,8 @@ class State:
     rest: bool = False
     abstract: bool = False
     doc: str = ""
+    req: tuple[Text, ...] = field(default=(), compare=False, repr=False)
+    """The requirements that it implements, as in a transition, an operation and a chart."""
     origin: Origin = Origin.OWN
     done_data: tuple[Expr, ...] = ()
     """For a final state: the payload of its parent's ``done.state``, one expression per field.
@@ -111,6 +113,7 @@ class Transition:
     id: str | None = None
     watchdog: bool = False
     ordered: bool = False
+    req: tuple[Text, ...] = field(default=(), compare=False, repr=False)
     origin: Origin = Origin.OWN
 
     def __post_init__(self) -> None:
@@ -154,6 +157,7 @@ class Operation:
     span: Span = field(compare=False, repr=False)
     origin: Origin = Origin.OWN
     tried: tuple[Value, ...] = ()
+    req: tuple[Text, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         guard(self, "name")
@@ -313,6 +317,7 @@ class Chart:
     """An unhandled ``error.*`` is only reported, as SCXML has it; otherwise it is a fault."""
     abstract: bool = False
     doc: str = ""
+    req: tuple[Text, ...] = field(default=(), compare=False, repr=False)
     base: str | None = None
     """Name of the chart it extends."""
     invocations: tuple[Invocation, ...] = ()

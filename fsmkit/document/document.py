@@ -123,6 +123,7 @@ class DocOperation:
     parameters: tuple[DocField, ...]
     result: Text | None
     origin: Origin = Origin.OWN
+    req: tuple[Text, ...] = ()
 
 
 class Direction(Enum):
@@ -178,6 +179,7 @@ class DocTransition:
     watchdog: bool = False
     ordered: bool = False
     """The order of overlapping transitions is intended: no ``nondeterministic-choice``."""
+    req: tuple[Text, ...] = ()
     first: bool = False
     override: Text | None = None
     origin: Origin = Origin.OWN
@@ -266,6 +268,8 @@ class DocProperty:
     then: Text | None = None
     watch: tuple[Text, ...] = ()
     origin: Origin = Origin.OWN
+    req: tuple[Text, ...] = field(default=(), compare=False)
+    """The requirements that it states; fingerprints of charts, which hold this, ignore them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -313,6 +317,7 @@ class DocState:
     abstract: bool = False
     overrides: frozenset[str] = frozenset()
     doc: str = ""
+    req: tuple[Text, ...] = ()
     origin: Origin = Origin.OWN
     use: DocUse | None = None
     index_range: Text | None = None
@@ -339,6 +344,7 @@ class Document:
     datamodel: str = "fsmkit"
     late_binding: bool = False
     doc: str = ""
+    req: tuple[Text, ...] = ()
     types: tuple[DocType, ...] = ()
     constants: tuple[DocConstant, ...] = ()
     data: tuple[DocData, ...] = ()

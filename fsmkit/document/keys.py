@@ -29,6 +29,7 @@ class Form(Enum):
     MARKS = "some of these words"
     NAMES = "a list of names"
     TARGETS = "one name, or a list of them"
+    IDS = "ids of another tool, which a Chart keeps with their locations"
     STATEMENTS = "one handler"
     HANDLERS = "several handlers"
     ARGUMENTS = "name: expression"
@@ -39,7 +40,7 @@ class Form(Enum):
     OWN = "what only a codec of its own can read"
 
 
-PLAIN = (Form.NAME, Form.PROSE, Form.FLAG, Form.CHOICE)
+PLAIN = (Form.NAME, Form.PROSE, Form.FLAG, Form.CHOICE, Form.IDS)
 """Forms that a Chart keeps as written, if it has a field of that name."""
 NESTED = (Form.TABLE, Form.RECORD, Form.RECORDS)
 """Forms that a text cannot contain."""
@@ -119,9 +120,24 @@ def kept_keys(rows: Keys, kind: type[Any]) -> tuple[Key, ...]:
 
 
 def values(part: object, rows: Iterable[Key]) -> dict[str, Any]:
-    """Return the values of keys, names without their places."""
+    """Return the values of keys, names without their locations and each id once."""
     found = {row.field: getattr(part, row.field) for row in rows}
-    return {name: one.value if isinstance(one, Text) else one for name, one in found.items()}
+    return {name: _value(one) for name, one in found.items()}
+
+
+def plain_values(part: object, rows: Iterable[Key]) -> dict[str, Any]:
+    """Return the values of keys for JSON: ids as a list of strings."""
+    found = values(part, rows)
+    return {
+        name: [text.value for text in one] if isinstance(one, tuple) else one
+        for name, one in found.items()
+    }
+
+
+def _value(value: object) -> object:
+    if isinstance(value, tuple):
+        return tuple(dict.fromkeys(value))
+    return value.value if isinstance(value, Text) else value
 
 
 def marks(part: object, rows: Iterable[Key]) -> list[str]:
@@ -136,6 +152,8 @@ def marks(part: object, rows: Iterable[Key]) -> list[str]:
                 found.append(row.word(value))
             case Form.NAME if value is not None:
                 found.append(f"{row.name} {value}")
+            case Form.IDS if value:
+                found.append(f"{row.name} {' '.join(one.value for one in value)}")
             case _:
                 pass
     return found
@@ -153,12 +171,15 @@ def named(**docs: str) -> Keys:
 
 _OWN, _FLAG = Form.OWN, Form.FLAG
 _BY_RULE = Inherit.OWN
+REQ = Key("req", "ids of the requirements that it implements", Form.IDS, inherit=Inherit.ADD)
+"""The key of charts, states, transitions and operations; `fsmkit trace-requirements` reads it."""
 
 CHART = table(
     Key("chart", "the name of the chart", _OWN),
     Key("extends", "the file of its base, in YAML or SCXML", Form.NAME, inherit=_BY_RULE),
     Key("abstract", "true: only a base of other charts", _FLAG, inherit=_BY_RULE),
     Key("doc", "what it is for", Form.PROSE, scxml=None),
+    REQ,
     Key(
         "datamodel", "fsmkit (unless given), ecmascript or null", Form.CHOICE, scxml=None,
         choices={name: name for name in ("fsmkit", "ecmascript", "null")}, inherit=_BY_RULE,
@@ -197,6 +218,7 @@ CHART = table(
 )  # fmt: skip
 STATE = table(
     Key("doc", "what it is for", Form.PROSE, scxml=None),
+    REQ,
     Key("use", "the chart that fills the state: its file, or an object", _OWN),
     Key("with", "of the used chart: values of constants", _OWN),
     Key("start", "of the used chart: start values of data", _OWN),
@@ -245,6 +267,7 @@ TRANSITION = table(
     Key("watchdog", "true: a timeout that only reports a fault", _FLAG),
     Key("ordered", "true: the order of overlapping transitions is intended", _FLAG),
     Key("do", "what is done", Form.STATEMENTS, "content", None, inherit=_BY_RULE),
+    REQ,
 )  # fmt: skip
 LABEL = table(
     Key("on", "the event or events", _OWN),
@@ -313,7 +336,10 @@ PROPERTY = named(
     monitor="the file of a chart that watches, and never comes to its state `error`",
 )
 """The kinds of property; a test keeps them equal to those of `fsmkit.system.properties.kinds`."""
+OPERATION = table(REQ)
 WATCH = named(watch="of a monitor: what it sees, `source -> name`")
+REQUIRED = table(Key("req", "ids of the requirements that it states", Form.IDS))
+"""The key of a property, beside its kind."""
 OWN_ENVIRONMENT = named(
     may="events that may come, and inputs that may change, at any time",
     will="events that come some time, if they stay possible",
@@ -323,6 +349,7 @@ OWN_ENVIRONMENT = named(
 SYSTEM = named(
     system="the name of the system",
     doc="what it is for",
+    req="ids of the requirements that it implements",
     parameters="names for values, which `--set` replaces",
     machines="its machines and their charts",
     shared="data that several machines read or write",
@@ -360,7 +387,10 @@ SCHEDULE = named(
     period="the time from one cycle to the next",
     jitter="how much later a cycle may start",
 )
-MONITOR = named(monitor="the chart that watches", watch="what it sees of the machines")
+MONITOR = {
+    **named(monitor="the chart that watches", watch="what it sees of the machines"),
+    **REQUIRED,
+}
 DEPLOYMENT = named(
     system="the file of the system",
     doc="what it is for",

@@ -50,9 +50,13 @@ def read_keys(
     return found
 
 
+TABLES = (
+    *(keys.CHART, keys.STATE, keys.TRANSITION, keys.INVOKE, keys.USE, keys.EXIT),
+    *(keys.OPERATION, keys.REQUIRED),
+)
 PLACES: Mapping[int, Keys] = {
     id(rows): {row.scxml.strip("<>"): row for row in rows.values() if row.scxml is not None}
-    for rows in (keys.CHART, keys.STATE, keys.TRANSITION, keys.INVOKE, keys.USE, keys.EXIT)
+    for rows in TABLES
 }
 """The rows of each table by their words in SCXML."""
 
@@ -86,6 +90,7 @@ ATTRIBUTE: Mapping[Form, Callable[[Text, Key, Context], object]] = {
     Form.MARKS: _marks,
     Form.NAMES: lambda value, _, __: words(value),
     Form.TARGETS: lambda value, _, __: words(value),
+    Form.IDS: lambda value, _, __: words(value),
 }
 """The readers of forms in attributes."""
 

@@ -14,8 +14,8 @@ from fsmkit.diagnostics import Text, fail
 from fsmkit.document import keys
 from fsmkit.document.document import DocEnvironment, DocProperty
 from fsmkit.document.lists import join_items, split_items
-from fsmkit.scxml.context import Context
-from fsmkit.scxml.markup import add, extension, put
+from fsmkit.scxml.context import Context, words
+from fsmkit.scxml.markup import add, extension, joined, put
 from fsmkit.scxml.nodes import Element
 
 
@@ -39,6 +39,7 @@ def read_properties(elements: Iterable[Element], context: Context) -> Iterator[D
             context.given(element, "time"),
             context.given(element, "then"),
             _list(element, "watch", context),
+            req=words(element.get("req")),
         )
 
 
@@ -67,6 +68,7 @@ def add_properties(root: etree._Element, properties: Iterable[DocProperty]) -> N
         put(element, "time", one.time)
         put(element, "then", one.then)
         put(element, "watch", _joined(one.watch))
+        put(element, "req", joined(one.req))
 
 
 def add_environment(root: etree._Element, environment: DocEnvironment) -> None:

@@ -120,8 +120,10 @@ class _ChartReader:
             types=tuple(self._type(e) for e in self._parts.get("fk:type", ())),
             constants=self._constants(),
             operations=tuple(
-                doc.DocOperation(s.name, s.fields, s.result)
-                for _, s in self._signatures("fk:operation")
+                doc.DocOperation(
+                    s.name, s.fields, s.result, **read_keys(e, keys.OPERATION, context)
+                )
+                for e, s in self._signatures("fk:operation")
             ),
             functions=(
                 *(

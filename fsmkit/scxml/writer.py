@@ -98,6 +98,7 @@ ATTRIBUTE: Mapping[Form, Callable[[Any, Key], Text | str | None]] = {
     Form.MARKS: lambda value, _: " ".join(sorted(value)),
     Form.NAMES: lambda value, _: joined(value),
     Form.TARGETS: lambda value, _: joined(value),
+    Form.IDS: lambda value, _: joined(value),
 }
 """The writers of forms as attributes."""
 
@@ -153,7 +154,9 @@ def _add_declarations(root: etree._Element, document: Document) -> None:
     for operation in document.operations:
         parts = _parameters(operation.parameters, "()")
         signature = operation.name.value + parts + _result(operation.result)
-        put(add(root, extension("operation")), "signature", signature)
+        element = add(root, extension("operation"))
+        put(element, "signature", signature)
+        _put_keys(element, operation, keys.OPERATION)
     for function in document.functions:
         parts = _parameters(function.parameters, "()")
         signature = function.name.value + parts + _result(function.result)

@@ -138,8 +138,9 @@ def own_properties(
         for property_ in found:
             given = [text.value for text in (one.first, one.time, one.then) if text is not None]
             text = given[0] if len(given) == 1 else f"[{', '.join(given)}]"
-            is_written = given and kind is not None and kind.read is None
-            yield replace(property_, text=text) if is_written else property_
+            is_written = given and kind is not None and kind.read is None and kind.form
+            found_text = text if is_written else property_.text
+            yield replace(property_, text=found_text, req=one.req)
 
 
 def _node(one: DocProperty) -> Node:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from fsmkit.chart.analysis.partition import Use
-from fsmkit.diagnostics import Source, Span
+from fsmkit.diagnostics import Source, Span, Text
 from fsmkit.emit import guard
 from fsmkit.system.machine import EventLink, FreeInput, InputLink, Machine, Monitor, Possible
 from fsmkit.system.properties.property import Property
@@ -76,6 +76,8 @@ class System:
     assumed: tuple[str, ...] = ()
     """On what else, in words, a proof of it rests."""
     source: Source | None = field(default=None, compare=False, repr=False)
+    req: tuple[Text, ...] = field(default=(), compare=False, repr=False)
+    """The requirements that the system as a whole implements."""
 
     def __post_init__(self) -> None:
         guard(self, "name")

@@ -27,6 +27,7 @@ from fsmkit.system.shared import read_shared, shared_links
 from fsmkit.system.starts import check_starts, started_inputs
 from fsmkit.system.system import System
 from fsmkit.yaml.encoding import decode
+from fsmkit.yaml.fields import names
 from fsmkit.yaml.nodes import Mapping, Node, read_nodes, require_record, require_text
 
 
@@ -133,6 +134,7 @@ def system_of_root(
         monitors=tuple(reading.monitors),
         schedule=schedule,
         freezers=freezers,
+        req=names(parts.get("req"), "`req`", findings),
     )
     require_room(system, findings)
     check_starts(system, findings)

@@ -36,12 +36,15 @@ from fsmkit.testing.suite import (
 from fsmkit.verify import questions
 from fsmkit.yaml import nodes
 from fsmkit.yaml.encoding import decode
+from fsmkit.yaml.fields import names
 from fsmkit.yaml.nodes import (
     Sequence as Items,
 )
 
 SUFFIXES = (".test.yaml", ".test.yml")
-KEYS = ("tests", "chart", "system", "before", "cases")
+KEYS = ("tests", "req", "chart", "system", "before", "cases")
+CASE = ("req", "steps")
+"""The keys of a case that is no plain list of steps."""
 EXPECTATIONS = (
     "in", "not in", "called", "not called", "sent", "not sent", "fault", "that", "only",
 )  # fmt: skip
@@ -119,8 +122,14 @@ class _Reader:
             first = [*takewhile(lambda step: isinstance(step, SetInput | Returns), before)]
             before = (*first, Start(_nowhere(parts)), *before[len(first) :])
         cases = []
-        for name, node in nodes.entries_of(parts.get("cases"), "`cases`", self.findings):
+        shared = names(parts.get("req"), "`req`", self.findings)
+        for name, given in nodes.entries_of(parts.get("cases"), "`cases`", self.findings):
             errors = len(self.findings)
+            node: nodes.Node | None = given
+            own: tuple[Text, ...] = ()
+            if isinstance(given, nodes.Mapping):
+                inner = nodes.require_record(given, CASE, f"the case `{name}`", self.findings) or {}
+                node, own = inner.get("steps"), names(inner.get("req"), "`req`", self.findings)
             steps = tuple(self._steps(node, f"the case `{name}`"))
             is_read = len(self.findings) == errors
             if any(isinstance(step, Start) for step in steps):
@@ -130,7 +139,7 @@ class _Reader:
                     name, f"the case `{name}` expects nothing",
                     "add a step `expect: {in: STATE}`",
                 )  # fmt: skip
-            cases.append(Case(name, (*before, *steps)))
+            cases.append(Case(name, (*before, *steps), tuple(dict.fromkeys((*shared, *own)))))
         if not cases and not self.findings.has_errors:
             self._wrong(_nowhere(parts), "there are no cases", "name them under `cases`")
         return tuple(cases)

@@ -117,10 +117,11 @@ Step = Start | Post | SetInput | Wait | Returns | Expect
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A case: its name and its steps, those of ``before`` first."""
+    """A case: its name, its steps (those of ``before`` first) and the requirements it tests."""
 
     name: Text
     steps: tuple[Step, ...]
+    req: tuple[Text, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

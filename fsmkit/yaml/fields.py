@@ -121,6 +121,15 @@ class Fields:
         """Return the names under a key: a list, or one text of words."""
         return names(self.node(key), f"`{key}`", self._findings)
 
+    def ids(self, key: str) -> tuple[Text, ...]:
+        """Return the ids under a key; an empty one is a finding."""
+        found = self.names(key)
+        for text in (one for one in found if not one.value):
+            self._findings.add(
+                "unexpected-shape", f"`{key}` has an empty id", text, help="remove it"
+            )
+        return tuple(one for one in found if one.value)
+
     def arguments(self, key: str) -> tuple[DocArgument, ...]:
         """Return the ``name: expression`` pairs under a key."""
         return tuple(DocArgument(name, text) for name, text in self.text_entries(key))
@@ -170,6 +179,7 @@ READ: Table[Form, Callable[[Fields, Key], object]] = {
     Form.MARKS: lambda fields, key: fields.marks(key.name, key.choices),
     Form.NAMES: lambda fields, key: fields.names(key.name),
     Form.TARGETS: lambda fields, key: fields.names(key.name),
+    Form.IDS: lambda fields, key: fields.ids(key.name),
     Form.STATEMENTS: lambda fields, key: fields.block(key.name),
     Form.HANDLERS: lambda fields, key: fields.blocks(key.name),
     Form.ARGUMENTS: lambda fields, key: fields.arguments(key.name),

@@ -9,13 +9,13 @@ from fsmkit.diagnostics.suggestions import suggest_key
 from fsmkit.document import keys
 from fsmkit.document.document import DocEnvironment, DocProperty
 from fsmkit.yaml import nodes
-from fsmkit.yaml.fields import Fields
+from fsmkit.yaml.fields import Fields, names
 from fsmkit.yaml.layout import Short, Tree
-from fsmkit.yaml.writing import listed, mapping
+from fsmkit.yaml.writing import listed, mapping, write_keys
 
 PARTS = {1: ("first",), 2: ("first", "then"), 3: ("first", "time", "then")}
 """The fields of the items of a list under a kind, by the number of items."""
-WATCH = {**keys.PROPERTY, **keys.WATCH}
+KEYS = {**keys.PROPERTY, **keys.WATCH, **keys.REQUIRED}
 
 
 def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]:
@@ -35,7 +35,7 @@ def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]
         entries = nodes.require_mapping(node, f"the property `{name}`", findings)
         if entries is None:
             continue
-        nodes.check_keys(entries, WATCH, f"the property `{name}`", findings)
+        nodes.check_keys(entries, KEYS, f"the property `{name}`", findings)
         found = _of_kind(name, entries, findings)
         if found is not None:
             yield found
@@ -43,9 +43,9 @@ def read_properties(fields: Fields, findings: Findings) -> Iterator[DocProperty]
 
 def _of_kind(name: Text, entries: nodes.Mapping, findings: Findings) -> DocProperty | None:
     kinds = [(key, value) for key, value in entries.entries if key.value in keys.PROPERTY]
-    watch = next((value for key, value in entries.entries if key.value == "watch"), None)
+    own = {key.value: value for key, value in entries.entries}
     if len(kinds) != 1:
-        if kinds or not any(key.value not in WATCH for key, _ in entries.entries):
+        if kinds or own.keys() <= KEYS.keys():
             findings.add(
                 "unexpected-shape",
                 f"the property `{name}` must be one kind with its condition",
@@ -67,9 +67,10 @@ def _of_kind(name: Text, entries: nodes.Mapping, findings: Findings) -> DocPrope
     parts = {
         part: text for part, text in zip(PARTS[len(items)], texts, strict=True) if text is not None
     }
-    watched = tuple(nodes.texts_of(watch, "`watch`", "what is watched", findings))
+    watched = tuple(nodes.texts_of(own.get("watch"), "`watch`", "what is watched", findings))
     first, time, then = (parts.get(part) for part in PARTS[3])
-    return DocProperty(name, kind, first, time, then, watched)
+    req = names(own.get("req"), "`req`", findings)
+    return DocProperty(name, kind, first, time, then, watched, req=req)
 
 
 def read_environment(fields: Fields, findings: Findings) -> DocEnvironment | None:
@@ -89,9 +90,10 @@ def write_properties(properties: tuple[DocProperty, ...]) -> dict[str, Tree]:
 
 def _property(one: DocProperty) -> Tree:
     parts = [part.value for part in (one.first, one.time, one.then) if part is not None]
-    if not parts and not one.watch:
+    if not parts and not one.watch and not one.req:
         return one.kind.value
-    tree: dict[str, Tree] = {one.kind.value: parts[0] if len(parts) == 1 else Short([*parts])}
+    condition: Tree = Short([*parts]) if len(parts) > 1 else parts[0] if parts else "true"
+    tree: dict[str, Tree] = {one.kind.value: condition, **write_keys(one, keys.REQUIRED)}
     if one.watch:
         tree["watch"] = [text.value for text in one.watch]
         return tree

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import PurePath
+from typing import Any
 
 from fsmkit.diagnostics import Edit, Findings, Fix, Source, Span, Text
 from fsmkit.document import document as doc
@@ -59,10 +60,7 @@ def read_chart(mapping: nodes.Mapping, findings: Findings) -> doc.Document:
         types=tuple(_types(fields, findings)),
         functions=tuple(_functions(fields, findings)),
         constants=tuple(doc.DocConstant(*pair) for pair in fields.text_entries("constants")),
-        operations=tuple(
-            doc.DocOperation(signature.name, signature.fields, signature.result)
-            for signature in _signatures(fields, "operations", findings)
-        ),
+        operations=tuple(_operations(fields, findings)),
         events=tuple(_events(fields, findings)),
         capacities=_capacities(fields, findings),
         entries=tuple(
@@ -143,6 +141,21 @@ def _signatures(fields: Fields, key: str, findings: Findings) -> Iterator[DocSig
         signature = read_signature(text, findings)
         if signature is not None:
             yield signature
+
+
+def _operations(fields: Fields, findings: Findings) -> Iterator[doc.DocOperation]:
+    """Yield the operations: a signature, or a signature with its keys."""
+    for item in nodes.items_of(fields.node("operations"), "`operations`", findings):
+        given: dict[str, Any] = {}
+        text: Text | None
+        match item:
+            case nodes.Mapping(((text, nodes.Mapping() as parts),)):
+                given = Fields(parts, keys.OPERATION, "an operation", findings).read()
+            case _:
+                text = nodes.require_text(item, "an entry of `operations`", findings)
+        signature = None if text is None else read_signature(text, findings)
+        if signature is not None:
+            yield doc.DocOperation(signature.name, signature.fields, signature.result, **given)
 
 
 def _events(fields: Fields, findings: Findings) -> Iterator[doc.DocEvent]:

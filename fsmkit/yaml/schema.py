@@ -48,6 +48,7 @@ FORMS: Mapping[Form, Schema] = {
     Form.FLAG: FLAG,
     Form.NAMES: NAMES,
     Form.TARGETS: NAMES,
+    Form.IDS: NAMES,
     Form.STATEMENTS: NAMES,
     Form.HANDLERS: NAMES,
     Form.ARGUMENTS: TABLE,
@@ -75,7 +76,7 @@ CODECS: dict[str, Schema] = {
     "initial": _ref("initial"),
     "invoke": _some(_ref("invoke")),
     "on": _table(_ref("transitions")),
-    "operations": TEXTS,
+    "operations": {"type": "array", "items": {"anyOf": [TEXT, _table(_ref("operation"))]}},
     "refine": _ref("states"),
     "regions": _ref("states"),
     "sometimes": _ref("transitions"),
@@ -131,9 +132,10 @@ def schema() -> Schema:
             "exit": _object(keys.EXIT),
             "done": _object(keys.DONE),
             "property": _object(
-                {**keys.PROPERTY, **keys.WATCH},
+                {**keys.PROPERTY, **keys.WATCH, **keys.REQUIRED},
                 {**dict.fromkeys(keys.PROPERTY, NAMES), "watch": TEXTS},
             ),
+            "operation": _object(keys.OPERATION),
             "environment": _object(
                 keys.OWN_ENVIRONMENT, dict.fromkeys(keys.OWN_ENVIRONMENT, TEXTS)
             ),

@@ -5,7 +5,14 @@ from __future__ import annotations
 from itertools import groupby
 
 from fsmkit.document import keys
-from fsmkit.document.document import DocEvent, DocFunction, DocMember, DocType, Document
+from fsmkit.document.document import (
+    DocEvent,
+    DocFunction,
+    DocMember,
+    DocOperation,
+    DocType,
+    Document,
+)
 from fsmkit.language.statements.writing import write_body
 from fsmkit.yaml.layout import Short, Tree, render
 from fsmkit.yaml.properties import write_environment, write_properties
@@ -46,9 +53,7 @@ def declarations(document: Document) -> dict[str, Tree]:
     parts: dict[str, dict[str, Tree] | list[Tree]] = {
         "types": mapping((one.name, _type(one)) for one in document.types),
         "constants": mapping((one.name, one.value.value) for one in document.constants),
-        "operations": [
-            signature(one.name, one.parameters, one.result) for one in document.operations
-        ],
+        "operations": [_operation(one) for one in document.operations],
         "functions": {
             signature(f.name, f.parameters, f.result, is_called=True): _body(f)
             for f in document.functions
@@ -59,6 +64,12 @@ def declarations(document: Document) -> dict[str, Tree]:
     if capacities:
         tree["capacity"] = Short(capacities)
     return tree
+
+
+def _operation(one: DocOperation) -> Tree:
+    written = signature(one.name, one.parameters, one.result)
+    parts = write_keys(one, keys.OPERATION)
+    return Short({written: Short(parts)}) if parts else written
 
 
 def _body(function: DocFunction) -> str:

@@ -127,6 +127,7 @@ WRITE: Mapping[Form, Callable[[Any, Key], Tree]] = {
     Form.MARKS: lambda value, _: Short([*sorted(value)]),
     Form.NAMES: lambda value, _: listed(value),
     Form.TARGETS: lambda value, _: targets(value),
+    Form.IDS: lambda value, _: targets(value),
     Form.STATEMENTS: lambda value, _: statements(value),
     Form.HANDLERS: lambda value, _: handlers(value),
     Form.ARGUMENTS: lambda value, _: arguments(value),

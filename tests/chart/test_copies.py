@@ -180,6 +180,7 @@ def _without_places(part: object) -> object:
 KEPT = {
     "doc": "doc: waits for an order",
     "rest": "rest: true",
+    "req": "req: SAFE-1",
 }
 """For each field that a copy keeps as it is: a key that gives it another value than the default."""
 

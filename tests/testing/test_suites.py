@@ -253,3 +253,22 @@ def test_the_verb_looks_below_folders(gate: Path, capsys: pytest.CaptureFixture[
     (gate / "empty").mkdir()
     assert execute(["test", str(gate / "empty")]) == 1
     assert "nothing-to-check: " in capsys.readouterr().err
+
+
+def test_cases_have_the_ids_of_their_requirements(tmp_path: Path) -> None:
+    (tmp_path / "lamp.yaml").write_text(
+        "chart: Lamp\nevents: {in: [press]}\ninitial: dark\n"
+        "states: {dark: {on: {press: lit}}, lit: {on: {press: dark}}}\n"
+    )
+    file = tmp_path / "lamp.test.yaml"
+    file.write_text(
+        "tests: Lamp\nreq: L-1\nchart: lamp.yaml\ncases:\n  on:\n    - post press\n"
+        "    - expect: {in: lit}\n  twice:\n    req: [L-2, L-1]\n    steps:\n"
+        "      - post press; post press\n      - expect: {in: dark}\n"
+    )
+    suite = read_suite(file, Findings())
+    ids = {case.name.value: [one.value for one in case.req] for case in suite.cases}
+    assert ids == {"on": ["L-1"], "twice": ["L-1", "L-2"]}
+    file.write_text(file.read_text().replace("steps:", "step:"))
+    with pytest.raises(FsmkitError, match="no key `step`"):
+        read_suite(file, Findings())

@@ -79,6 +79,10 @@ class Spliced:
             **{name: getattr(state, name) for name in KEPT},
         )
 
+    def filled_state(self, state: State, copy: int) -> State:
+        """Return the state that a copy fills; it implements the requirements of that chart."""
+        return replace(state, req=(*state.req, *self.copies[copy].used.chart.req))
+
     def transition(self, outline: Transition, copy: int, inner: int) -> Transition:
         """Return a transition of a copy; ``outline`` has its number, source and targets."""
         mapper, chart = self.mappers[copy], self.copies[copy].used.chart

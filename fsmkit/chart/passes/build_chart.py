@@ -75,6 +75,7 @@ def build_chart(
             is_derived=len(documents) > 1,
         ),
         doc=document.doc,
+        req=tuple(dict.fromkeys(document.req)),
         base=documents[1].name.value if len(documents) > 1 else None,
         invocations=build_invocations(draft, events, charts, findings),
         done=None if given is None else events.index.get(DONE),

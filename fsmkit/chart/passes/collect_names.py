@@ -377,7 +377,13 @@ def _operation(declared: DocOperation, scope: lang.Scope, findings: Findings) ->
             listed = declared.result.part(given.start(2) - 1, given.end(2) + 1)
             tried = _tried(listed, result, scope, findings)
     return Operation(
-        declared.name.value, parameters, result, declared.name.span, declared.origin, tried
+        declared.name.value,
+        parameters,
+        result,
+        declared.name.span,
+        declared.origin,
+        tried,
+        declared.req,
     )
 
 

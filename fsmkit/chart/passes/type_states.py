@@ -61,8 +61,10 @@ def _state(
         invokes=invokes[node.index],
         **keys.values(state, CARRIED) | {"abstract": state.abstract and not node.children},
     )
-    if state.copied is None or state.copy is None or context.copies is None:
+    if state.copy is None or context.copies is None:
         return made
+    if state.copied is None:
+        return context.copies.filled_state(made, state.copy)
     return context.copies.state(made, state.copy, state.copied)
 
 

@@ -24,6 +24,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
     return {
         "name": chart.name,
         "doc": chart.doc,
+        "req": [one.value for one in chart.req],
         "base": chart.base,
         "abstract": chart.abstract,
         "sources": [source.name for source in chart.sources],
@@ -46,6 +47,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
                 "parameters": _fields(o.parameters),
                 "result": None if o.result is None else str(o.result),
                 **({"tried": list(o.tried)} if o.tried else {}),
+                "req": [one.value for one in o.req],
                 **_at(o.origin, o.span),
             }
             for o in chart.operations
@@ -71,6 +73,7 @@ def chart_document(chart: Chart, origins: Origins) -> Json:
                 "kind": p.kind.value,
                 "parts": property_parts(p),
                 **({"watch": [text.value for text in p.watch]} if p.watch else {}),
+                "req": [one.value for one in p.req],
                 **_at(p.origin, p.name.span),
             }
             for p in chart.properties
@@ -144,7 +147,7 @@ def _state(state: State, chart: Chart) -> Json:
         "invoke": [_block(b, chart) for b in state.invokes],
         "defer": [chart.events[e].name for e in state.defer],
         "invariant": _expr(state.invariant, chart),
-        **keys.values(state, keys.kept_keys(keys.STATE, State)),
+        **keys.plain_values(state, keys.kept_keys(keys.STATE, State)),
         **_at(state.origin, state.span),
     }
 
@@ -180,6 +183,6 @@ def _transition(transition: Transition, chart: Chart) -> Json:
         "guard": _expr(transition.guard, chart),
         "targets": [chart.states[t].id for t in transition.targets],
         "content": _block(transition.content, chart),
-        **keys.values(transition, keys.kept_keys(keys.TRANSITION, Transition)),
+        **keys.plain_values(transition, keys.kept_keys(keys.TRANSITION, Transition)),
         **_at(transition.origin, transition.span),
     }

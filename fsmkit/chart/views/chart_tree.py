@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
 from rich.text import Text
@@ -65,6 +65,7 @@ class _Maker:
         marks = [
             *(["abstract"] if chart.abstract else []),
             *([f"extends {chart.base}"] if chart.base is not None else []),
+            *keys.marks(chart, (keys.REQ,)),
         ]
         heading.append(f"  {', '.join(marks)}" if marks else "", "italic")
         tree = Tree(heading)
@@ -125,6 +126,7 @@ class _Maker:
                 (format_operation(o, chart), self._named(o.name, o.origin, o.span))
                 for o in chart.operations
             ],
+            [keys.marks(o, (keys.REQ,)) for o in chart.operations],
         )
         self._group(
             tree,
@@ -140,17 +142,24 @@ class _Maker:
             tree,
             "properties",
             [(format_property(p), ItemOrigin(p.origin, p.name.span)) for p in chart.properties],
+            [keys.marks(p, (keys.REQ,)) for p in chart.properties],
         )
         if chart.environment is not None:
             group = tree.add(Text("environment", "bold"))
             for key, items in environment_parts(chart.environment).items():
                 group.add(Text(f"{key} {', '.join(items)}"))
 
-    def _group(self, tree: Tree, name: str, items: list[tuple[str, ItemOrigin]]) -> None:
+    def _group(
+        self,
+        tree: Tree,
+        name: str,
+        items: list[tuple[str, ItemOrigin]],
+        marks: Sequence[list[str]] = (),
+    ) -> None:
         if items:
             group = tree.add(Text(name, "bold"))
-            for label, where in items:
-                group.add(self._line(label, where))
+            for (label, where), marked in zip(items, marks or [[]] * len(items), strict=True):
+                group.add(self._line(label, where, marked))
 
     def _data(self, data: Data, is_input: bool) -> str:
         if is_input:

@@ -130,7 +130,8 @@ BLOCKS = _list(STRINGS)
 VARIABLES = _list(_object({"name": STRING, "type": STRING, "start": STRING, **ORIGIN}))
 CAPACITIES = _map(INT)
 CHART_KEYS = {
-    "name": STRING, "doc": STRING, "base": _or_null(STRING), "abstract": BOOL, "sources": STRINGS,
+    "name": STRING, "doc": STRING, "req": STRINGS, "base": _or_null(STRING), "abstract": BOOL,
+    "sources": STRINGS,
     "capacities": CAPACITIES,
     "types": _list(_object({
         "name": STRING, "members?": STRINGS, "numbers?": INTS, "fields?": FIELDS, **ORIGIN,
@@ -139,7 +140,7 @@ CHART_KEYS = {
     "data": VARIABLES, "inputs": VARIABLES, "outputs": VARIABLES,
     "operations": _list(_object({
         "name": STRING, "parameters": FIELDS, "result": _or_null(STRING), "tried?": _list(VALUE),
-        **ORIGIN,
+        "req": STRINGS, **ORIGIN,
     })),
     "functions": _list(_object({
         "name": STRING, "parameters": FIELDS, "result": STRING, "body": STRINGS, **ORIGIN,
@@ -153,20 +154,21 @@ CHART_KEYS = {
         "id": STRING, "kind": STRING, "parent": _or_null(STRING), "children": STRINGS,
         "initial": _or_null(INT), "transitions": INTS, "entry": BLOCKS, "exit": BLOCKS,
         "invoke": BLOCKS, "defer": STRINGS, "invariant": _or_null(STRING), "doc": STRING,
-        "abstract": BOOL, "rest": BOOL, **ORIGIN,
+        "abstract": BOOL, "rest": BOOL, "req": STRINGS, **ORIGIN,
     })),
     "transitions": _list(_object({
         "index": INT, "source": STRING, "trigger": STRING, "descriptors": STRINGS,
         "events": STRINGS, "delay_us": _or_null(INT), "guard": _or_null(STRING),
         "targets": STRINGS, "content": STRINGS, "id": _or_null(STRING), "internal": BOOL,
-        "watchdog": BOOL, "ordered": BOOL, **ORIGIN,
+        "watchdog": BOOL, "ordered": BOOL, "req": STRINGS, **ORIGIN,
     })),
     "invocations": _list(_object({
         "id": STRING, "state": STRING, "given": STRINGS, "autoforward": BOOL,
         "finalize": _map(STRINGS), "at?": _object(LOCATION), "chart": {"type": "object"},
     })),
     "properties": _list(_object({
-        "name": STRING, "kind": STRING, "parts": VALUE, "watch?": STRINGS, **ORIGIN,
+        "name": STRING, "kind": STRING, "parts": VALUE, "watch?": STRINGS, "req": STRINGS,
+        **ORIGIN,
     })),
     "environment": _or_null(VALUE), "plan?": VALUE,
 }  # fmt: skip

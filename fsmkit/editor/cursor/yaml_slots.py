@@ -54,6 +54,7 @@ MAPS = {
     ("board", "off"): "off",
     ("suite", "cases"): "cases",
     ("suite", "before"): "steps",
+    ("steps", "steps"): "steps",
     ("step", "expect"): "expect",
     ("binding", "context"): "context",
 }
@@ -79,10 +80,11 @@ SUITE = {
     name: Key(name, doc)
     for name, doc in {
         "tests": "the name of the tests",
+        "req": "ids of the requirements that the cases test",
         "chart": "the file of the chart under test",
         "system": "the file of the system under test",
         "before": "steps at the start of each case",
-        "cases": "the cases: a name, and steps",
+        "cases": "the cases: a name, and steps, or `req` and `steps`",
     }.items()
 }
 EXPECTED = {
@@ -247,7 +249,7 @@ def _key(place: _Place, frames: Frames) -> Slot:
         case "bound":
             return Slot(What.PORT, frames.text, machine=place.machine)
         case "property":
-            return Slot(What.WORD, frames.text, words=_properties())
+            return Slot(What.WORD, frames.text, words=(*_properties(), *keys.REQUIRED))
         case "states" | "machines" | "properties" | "devices" | "values" | "variables":
             return Slot(What.NOTHING, frames.text)
         case "names" | "cases" | "nodes" | "foreign_nodes" | "freezes":
@@ -309,7 +311,7 @@ def _value(place: _Place, text: str) -> Slot:
             return replace(base, what=What.WIRE)
         case ("environment", _) | ("freeze", "silent"):
             return replace(base, what=What.POSSIBLE)
-        case ("property", _):
+        case ("property", key) if key != "req":
             return replace(base, what=What.CONDITION)
         case ("freeze", "within" | "continues"):
             return replace(base, what=What.DELAY)

@@ -58,6 +58,7 @@ FORMS: Mapping[Form, str] = {
     Form.MARKS: "names",
     Form.NAMES: "names",
     Form.TARGETS: "names",
+    Form.IDS: "names",
     Form.STATEMENTS: "code",
     Form.HANDLERS: "code",
     Form.ARGUMENTS: "pairs",
@@ -81,7 +82,7 @@ CODECS: Mapping[str, str] = {
     "initial": "initial",
     "invoke": "invoke",
     "on": "triggers",
-    "operations": "signatures",
+    "operations": "operations",
     "refine": "states",
     "regions": "states",
     "sometimes": "transition",
@@ -125,6 +126,8 @@ SHAPES: Mapping[str, Shape] = {
     "pairs": Shape(each="code"),
     "signatures": Shape(each="plain", text=Scalar.SIGNATURE),
     # charts
+    "operations": Shape(each="operation", text=Scalar.SIGNATURE),
+    "operation": _table(keys.OPERATION, short_mapping=True),
     "chart": _table(keys.CHART),
     "types": Shape(each="type"),
     "type": Shape(each="plain", short_mapping=True, short_list=True),
@@ -146,7 +149,7 @@ SHAPES: Mapping[str, Shape] = {
     # systems
     "system": _named(
         keys.SYSTEM, parameters="pairs", machines="machines", environment="environment",
-        schedule="schedule", properties="properties",
+        schedule="schedule", properties="properties", req="names",
     ),
     "machines": Shape(each="machine"),
     "machine": _named(keys.MACHINE, with_="pairs"),
@@ -156,14 +159,15 @@ SHAPES: Mapping[str, Shape] = {
     "schedule": _named(keys.SCHEDULE),
     "properties": Shape(each="property"),
     "property": Shape(
-        keys=dict.fromkeys(("never", "invariant", "reachable", "recoverable"), "code"),
+        keys=dict.fromkeys(("never", "invariant", "reachable", "recoverable"), "code")
+        | {"req": "names"},
     ),
     # other files
     "deployment": _named(keys.DEPLOYMENT, links="links"),
     "links": _named(link_keys()),
     **{key: _named(kind.board_keys) for key, kind in board_kinds().items()},
     "binding": _named(BINDING),
-    "tests": _named(("tests", "doc", "chart", "system", "results", "before", "cases")),
+    "tests": _named(("tests", "doc", "req", "chart", "system", "results", "before", "cases")),
 }  # fmt: skip
 """All parts by name."""
 KINDS = {

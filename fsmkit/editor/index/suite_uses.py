@@ -32,8 +32,8 @@ def suite_uses(
     """Return the names in a test file of a chart or a system."""
     reader = _SuiteReader(scanner, chart, system)
     reader.steps(under(root, "before"))
-    for _, steps in entries(under(root, "cases")):
-        reader.steps(steps)
+    for _, case in entries(under(root, "cases")):
+        reader.steps(under(case, "steps") if entries(case) else case)
     return scanner.uses
 
 

@@ -512,7 +512,9 @@ def _property(node: Node, scanner: Scanner, chart_of: Callable[[Text], ChartName
         for item in items(under(node, "watch")):
             _watched(text_of(item), monitor, scanner)
         return
-    for _, value in entries(node):
+    for key, value in entries(node):
+        if key.value == "req":
+            continue
         for text in (value.text,) if isinstance(value, Scalar) else scalars(value):
             scanner.read(text)
 

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from fsmkit.document import keys
-from fsmkit.editor.schemas.shapes import TEXT, TEXTS, Schema, either, record, record_of, table
+from fsmkit.editor.schemas.shapes import (
+    NAMES,
+    TEXT,
+    TEXTS,
+    Schema,
+    either,
+    record,
+    record_of,
+    table,
+)
 from fsmkit.system.deployment.keys import foreign_keys, link_keys, node_keys
 from fsmkit.system.properties.kinds import kinds
 
@@ -21,6 +30,7 @@ def system_schema() -> Schema:
     )
     schedule = record(keys.SCHEDULE, {"cyclic": TEXTS}, required=["cyclic", "period"])
     special: dict[str, Schema] = {
+        "req": NAMES,
         "parameters": table(TEXT),
         "machines": table(either(TEXT, machine)),
         "shared": table(TEXT),
@@ -45,7 +55,7 @@ def _property() -> Schema:
                 TEXT, record(keys.MACHINE, {"with": table(TEXT), "start": table(TEXT)})
             )
             watch = either(TEXT, TEXTS, table(TEXT))
-            forms.append(record(keys.MONITOR, {"monitor": monitor, "watch": watch}))
+            forms.append(record(keys.MONITOR, {"monitor": monitor, "watch": watch, "req": NAMES}))
         elif kind.form:
             value: Schema = TEXT
             if len(kind.form) > 1:
@@ -53,7 +63,7 @@ def _property() -> Schema:
                 value = {"type": "array", "items": TEXT, "minItems": count, "maxItems": count}
             forms.append({
                 "type": "object",
-                "properties": {kind.key: value},
+                "properties": {kind.key: value, "req": NAMES},
                 "required": [kind.key],
                 "additionalProperties": False,
             })  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fsmkit.document.project.keys import CHECK, COMPILE, LEVELS, PROJECT
-from fsmkit.editor.schemas.shapes import FLAG, TEXT, TEXTS, Schema, either, record, table
+from fsmkit.editor.schemas.shapes import FLAG, NAMES, TEXT, TEXTS, Schema, either, record, table
 from fsmkit.testing.reading import EXPECTATIONS, KEYS
 from fsmkit.verify.campaign.keys import CAMPAIGN, ENGINES, FUZZED, LOSSY, RUNS, WITHIN
 from fsmkit.verify.resources.time import TIMES
@@ -22,7 +22,16 @@ def tests_schema() -> Schema:
         TEXT, {"type": "object", "properties": {"expect": expect}, "additionalProperties": False}
     )
     steps: Schema = {"type": ["array", "null"], "items": step}
-    parts: dict[str, Schema] = {"before": steps, "cases": table(steps)}
+    case = {
+        "type": "object",
+        "properties": {"req": NAMES, "steps": steps},
+        "additionalProperties": False,
+    }
+    parts: dict[str, Schema] = {
+        "req": NAMES,
+        "before": steps,
+        "cases": table(either(steps, case)),
+    }
     return {
         "title": "Tests of a chart or a system of fsmkit",
         "type": "object",

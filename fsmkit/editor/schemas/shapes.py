@@ -13,6 +13,8 @@ TEXT: Schema = {"type": ["string", "number", "boolean", "null"]}
 """Scalars are not resolved, so numbers and `null` are strings, too."""
 FLAG: Schema = {"type": "boolean"}
 TEXTS: Schema = {"type": ["array", "null"], "items": TEXT}
+NAMES: Schema = {"anyOf": [TEXT, TEXTS]}
+"""One name, several words in one text, or a list."""
 NOTHING: Mapping[str, Schema] = MappingProxyType({})
 
 

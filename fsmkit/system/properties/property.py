@@ -115,6 +115,8 @@ class Property:
     ticks: int = 0
     """The duration, of those that have one."""
     span: Span | None = field(default=None, compare=False, repr=False)
+    req: tuple[Text, ...] = field(default=(), compare=False, repr=False)
+    """The requirements that it states."""
 
     def __post_init__(self) -> None:
         guard(self, "name", "text")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fsmkit.diagnostics import Findings, Text
@@ -17,6 +17,7 @@ from fsmkit.system.properties.kinds import kinds
 from fsmkit.system.properties.property import Kind, OverGraph, Part, Property
 from fsmkit.system.qualified_names import in_condition
 from fsmkit.yaml import nodes
+from fsmkit.yaml.fields import names
 
 
 @dataclass(slots=True)
@@ -56,6 +57,13 @@ class Reading:
         mapping = nodes.require_mapping(node, f"the property `{name}`", self.findings)
         if mapping is None:
             return None
+        given = tuple(entry for entry in mapping.entries if entry[0].value != "req")
+        req = names(dict(mapping.entries).get(Text("req", name.span)), "`req`", self.findings)
+        found = self._mapping(name, nodes.Mapping(given, mapping.span))
+        return None if found is None else replace(found, req=req)
+
+    def _mapping(self, name: Text, mapping: nodes.Mapping) -> Property | None:
+        """Return the property of a kind with its condition, or with a form of its own."""
         own = self._kind_with_form(mapping)
         if own is not None and own.read is not None:
             return own.read(name, mapping, self)
@@ -63,7 +71,7 @@ class Reading:
             self.findings.add(
                 "unexpected-shape",
                 f"the property `{name}` must have one kind with its condition",
-                node.span,
+                mapping.span,
                 help="for instance `{never: feeder.In(pushing) and not plant.door_closed}`",
             )
             return None
@@ -107,7 +115,7 @@ class Reading:
         return Property(
             name.value,
             kind,
-            property_source(node),
+            property_source(node) if kind.form else kind.key,
             conditions[0].expression if conditions else None,
             conditions[0].atoms if conditions else (),
             goal=conditions[1] if len(conditions) > 1 else None,
