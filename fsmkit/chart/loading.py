@@ -16,7 +16,7 @@ from fsmkit.diagnostics import Findings, FsmkitError, Text, fail
 from fsmkit.diagnostics.paths import is_file
 from fsmkit.diagnostics.suggestions import suggest
 from fsmkit.document.document import DocInvoke, DocState, Document, DocUse
-from fsmkit.document.front_ends import ObjectReader, Reader
+from fsmkit.document.front_ends import ObjectReader, Reader, reader_for
 from fsmkit.document.project import resolve_name
 from fsmkit.document.python_objects import import_object, is_reference
 from fsmkit.document.walk import states
@@ -268,8 +268,9 @@ def read_document(path: Path, findings: Findings, *, at: Text | None = None) -> 
 
 
 def _read_file(path: Path, findings: Findings, at: Text | None) -> Document | None:
-    reader = plugin_for(Reader, path, at)
+    plugin_for(Reader, path, at)  # a wrong suffix is reported before the file is read
     content, texts = read_bytes(path, at), TEXTS.get()
+    reader = reader_for(path, content, at)
     known = None if texts is None else texts.known(path, content)
     if known is not None:
         findings.extend(known[1])

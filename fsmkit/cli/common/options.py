@@ -15,6 +15,7 @@ from click.core import ParameterSource
 from fsmkit.cli.common.console import WrongOptionError
 from fsmkit.diagnostics import Findings, FsmkitError, Policy, Severity, rules
 from fsmkit.diagnostics.suggestions import nearest_name
+from fsmkit.document.front_ends import SELECTED
 from fsmkit.document.python_objects import is_reference
 
 if TYPE_CHECKING:
@@ -93,8 +94,12 @@ class Reading:
 
 
 def reading_options(body: Callable[..., int]) -> Callable[..., int]:
-    """Add ``--strict``, ``--error``, ``--allow``, ``--set``; the verb has them in ``reading``."""
+    """Add ``--strict``, ``--error``, ``--allow``, ``--set``; the verb has them in ``reading``.
 
+    ``--machine`` is added, too; it selects one of the machines of a file of another tool.
+    """
+
+    @click.option("--machine", metavar="NAME", help="Read this machine of a file with several.")
     @click.option(
         "--set",
         "parameters",
@@ -131,8 +136,10 @@ def reading_options(body: Callable[..., int]) -> Callable[..., int]:
         errors: frozenset[str],
         allowed: frozenset[str],
         parameters: dict[str, str],
+        machine: str | None,
         **more: Any,
     ) -> int:
+        SELECTED.set(replace(SELECTED.get(), machine=machine))
         reading = Reading(strict, Policy(errors - allowed, allowed), parameters)
         named = more.get("file") or next(iter(more.get("files") or ()), None)
         if isinstance(named, Path):

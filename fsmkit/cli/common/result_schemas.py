@@ -103,6 +103,18 @@ CHECK: Schema = {
     ]
 }
 
+SIZE = _object({"states": INT, "transitions": INT, "events": INT})
+REMARKS = _list(_object({"message": STRING, "at": LABEL}))
+IMPORT = _object({
+    "machine": STRING, "read": SIZE, "kept": SIZE,
+    "rewritten": _list(_object({"rule": STRING, "at": LABEL, "ids": STRINGS})),
+    "opaque": _list(_object({
+        "name": STRING, "role": {"enum": ["action", "guard", "delay"]}, "text": STRING, "at": LABEL,
+    })),
+    "rejected": _list(_object({"code": STRING, "message": STRING, "at?": LABEL})),
+    "lost": REMARKS, "differs": REMARKS,
+})  # fmt: skip
+"""The report of an import."""
 MUTANT = _object({
     "machine": STRING, "operator": STRING, "what": STRING, "place": _or_null(STRING),
     "fate": STRING, "by": STRINGS, "states": INT, "systems": STRINGS, "why?": STRING,
@@ -241,7 +253,10 @@ RESULTS: Mapping[str, Schema] = {
         }),
         "additionalProperties": INT,
     },
-    "convert": {"anyOf": [FILES, _object({"text": STRING})]},
+    "convert": {"anyOf": [
+        _object({"files": STRINGS, "report?": IMPORT}),
+        _object({"text": STRING, "report?": IMPORT}),
+    ]},
     "cover": CHECK,
     "coverage": _object({
         "charts": _list(_object({

@@ -11,14 +11,15 @@ from typing import Protocol, runtime_checkable
 import click
 
 from fsmkit.chart.loading import load_with_findings, read_document
-from fsmkit.cli.common.console import print_json, report
+from fsmkit.cli.common.console import err, print_json, report, result
+from fsmkit.cli.common.importing import ReadImport, import_file, importer_of
 from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
 from fsmkit.diagnostics.paths import is_file
 from fsmkit.document.document import DocInvoke, DocState, Document
-from fsmkit.document.front_ends import FrontEnd
+from fsmkit.document.front_ends import SELECTED, FrontEnd, Reader
 from fsmkit.plugins import plugin, plugin_for, plugins
 
 EPILOG = """\b
@@ -26,6 +27,7 @@ Examples:
   fsmkit convert feeder.yaml --to scxml
   fsmkit convert feeder.scxml --out feeder.yaml
   fsmkit convert heater.dbc --to yaml --node HEATER --may bus_off
+  fsmkit convert lamp.puml --to yaml --report lamp.json
 """
 
 
@@ -44,7 +46,11 @@ class NodeFiles(Protocol):
         ...
 
 
-@verb(EPILOG, Model=("parameters",))
+@verb(
+    EPILOG,
+    Machines_of_other_tools=("reader", "machine", "report_file", "is_partial"),
+    Model=("parameters",),
+)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
     "--to",
@@ -59,6 +65,16 @@ class NodeFiles(Protocol):
     type=OneOf("event", ("bus_off",)),
     help="Let the node fall silent, as after bus-off (DBC files).",
 )
+@click.option(
+    "--from",
+    "reader",
+    type=OneOf("notation", [found.name for found in plugins(Reader)]),
+    help="Read the file in this notation (default: by its suffix and content).",
+)
+@path_option("--report", "report_file", help="Write the report of an import as JSON, too.")
+@click.option(
+    "--partial", "is_partial", is_flag=True, help="Write the rest where parts are rejected."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -67,18 +83,31 @@ def command(
     out: Path | None,
     node: str | None,
     may: str | None,
+    reader: str | None,
+    report_file: Path | None,
+    is_partial: bool,
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Convert a chart into another notation.
+    """Convert a chart, or import one from another tool.
 
     The meaning stays. Only the named file is converted, and comments are not kept. For a node of a
-    DBC file, the chart sends everything that the node may send.
+    DBC file, the chart sends everything that the node may send. For a machine of another tool, the
+    report lists what was kept, rewritten, opaque, rejected and lost.
     """
+    SELECTED.set(replace(SELECTED.get(), reader=reader))
     front_end = _notation(notation, out)
     findings = reading.findings()
     suffix = file.suffix.lower()
     described = next((each for each in plugins(NodeFiles) if suffix in each.node_suffixes), None)
+    importer = None if described is not None else importer_of(file)
+    imported: ReadImport | None = None
+    if importer is None and (report_file is not None or is_partial):
+        raise fail(
+            "wrong-option",
+            f"`{file}` is not a file of another tool",
+            help="omit `--report` and `--partial`",
+        )
     if described is not None:
         document = _document_of_node(described, file, node, may is not None, findings)
     elif node is not None or may is not None:
@@ -87,6 +116,9 @@ def command(
             f"`{file}` is not a DBC file, and has no nodes of a bus",
             help="omit `--node` and `--may`",
         )
+    elif importer is not None:
+        imported = import_file(importer, file, findings, is_partial=is_partial)
+        document = imported.found.document
     else:
         if reading.strict:
             load_with_findings(file, findings, strict=True)
@@ -96,13 +128,20 @@ def command(
         findings.stop_on_errors()
     text = front_end.write(document)
     report(findings)
-    if out is not None:
-        write_files({out: text})
+    files: dict[Path, str | bytes] = {} if out is None else {out: text}
+    if imported is not None and report_file is not None:
+        files[report_file] = imported.json_text
+    write_files(files)
     if as_json:
-        print_json({"files": [str(out)]} if out is not None else {"text": text})
-    elif out is None:
+        told = {} if imported is None else {"report": imported.data}
+        shown = {"text": text} if out is None else {"files": [str(path) for path in files]}
+        print_json({**shown, **told})
+        return 0 if imported is None else imported.code
+    if out is None:
         sys.stdout.write(text)
-    return 0
+    if imported is not None:
+        (err if out is None else result).print("\n".join(imported.lines), markup=False)
+    return 0 if imported is None else imported.code
 
 
 def _notation(name: str | None, out: Path | None) -> FrontEnd:

@@ -9,13 +9,8 @@ from typing import TypeVar
 
 from fsmkit.foreign.pytransitions.moves import Moves
 from fsmkit.foreign.pytransitions.spec import GENERAL, Machine, Path
+from fsmkit.foreign.words import RESERVED as WORDS
 
-WORDS = frozenset(
-    {"log", "send", "raise", "cancel", "reply", "super", "if", "else", "for", "in", "min", "max"}
-    | {"abs", "len", "In", "event", "and", "or", "not", "true", "false", "True", "False", "is"}
-    | {"null", "undefined", "assign", "script", "to", "after", "as"}
-)
-"""Reserved words of the action language."""
 RESTING = "_alone"
 """Suffix of the child that represents a state without an active child of its own."""
 

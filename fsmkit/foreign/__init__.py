@@ -1,0 +1,1 @@
+"""Machines of other tools as charts: readers, and what they share."""
