@@ -278,7 +278,7 @@ def compare_pairs(pairs: Sequence[Pair], runtime: Harness) -> list[Divergence | 
 
 def _compared(pair: Pair, runtime: str, trace: Sequence[str] | None) -> Divergence | None:
     if trace is None:
-        return Divergence(runtime, 0, "a trace", "(refused)")
+        return Divergence(runtime, 0, "a trace", "(rejected)")
     expected = INTERPRETER.run(pair.alone.chart, pair.alone.script)
     got = pair.translated(trace)
     known = {d.name for d in (*pair.alone.chart.data, *pair.alone.chart.outputs)}

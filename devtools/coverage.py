@@ -36,7 +36,7 @@ class Totals:
     """The figures of a run."""
 
     charts: int = 0
-    refused: int = 0
+    rejected: int = 0
     items: int = 0
     """Number of reached items."""
 
@@ -140,13 +140,13 @@ def main(charts: int, seed: int, first: int, optimize: str | None) -> None:
     for start in range(0, charts, BATCH):
         cases = [random_case(seed, number) for number in numbers[start : start + BATCH]]
         fitting = [case for case in cases if is_expressible(case.chart)]
-        totals.refused += len(cases) - len(fitting)
+        totals.rejected += len(cases) - len(fitting)
         for line in compared(fitting, totals, optimize or ""):
             wrong += 1
             click.echo(line)
     click.echo(
         f"{totals.charts} charts on python and c: {totals.items} items compared, "
-        f"{wrong} differ, {totals.refused} rejected"
+        f"{wrong} differ, {totals.rejected} rejected"
     )
     sys.exit(1 if wrong else 0)
 

@@ -93,7 +93,7 @@ class Totals:
 
     charts: int = 0
     macrosteps: int = 0
-    refused: int = 0
+    rejected: int = 0
     """Charts that a target cannot express."""
     divergences: list[tuple[str, Divergence]] = field(default_factory=list)
 
@@ -101,7 +101,7 @@ class Totals:
         """Add the figures of another process."""
         self.charts += other.charts
         self.macrosteps += other.macrosteps
-        self.refused += other.refused
+        self.rejected += other.rejected
         self.divergences += other.divergences
 
 
@@ -166,7 +166,7 @@ def compare_all(cases: Sequence[Case], targets: Sequence[Harness]) -> Totals:
     for target in targets:
         for case, wanted, got in zip(cases, expected, traces_of(target, cases), strict=True):
             if got is None:
-                totals.refused += 1
+                totals.rejected += 1
                 continue
             divergence = first_difference(target.name, wanted, got)
             if divergence is not None:
@@ -312,7 +312,7 @@ def main(
     seconds = time.monotonic() - began
     click.echo(
         f"{totals.charts} charts on {', '.join(names)}: {totals.macrosteps} macrosteps compared, "
-        f"{len(totals.divergences)} divergences, {totals.refused} rejected, {seconds:.1f} s"
+        f"{len(totals.divergences)} divergences, {totals.rejected} rejected, {seconds:.1f} s"
     )
     draw = partial(random_case, seed, is_saved=saved, has_functions=functions)
     _show(totals.divergences, draw, no_reduce=no_reduce)

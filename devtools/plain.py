@@ -372,7 +372,7 @@ def compare_plain(seed: int, first: int, charts: int) -> Totals:
     cases = [plain_case(seed, number) for number in range(first, first + charts)]
     accepted = [case for case in cases if check(case.chart, Findings())]
     totals = compare_all(accepted, [TransitionsHarness()])
-    totals.refused += len(cases) - len(accepted)
+    totals.rejected += len(cases) - len(accepted)
     return totals
 
 
@@ -408,7 +408,7 @@ def main(charts: int, seed: int, first: int, path: str | None, steps: int) -> No
         totals.add(compare_plain(seed, start, min(BATCH, first + charts - start)))
     click.echo(
         f"{totals.charts} charts on transitions: {totals.macrosteps} macrosteps, "
-        f"{len(totals.divergences)} divergences; {totals.refused} others rejected"
+        f"{len(totals.divergences)} divergences; {totals.rejected} others rejected"
     )
     for name, divergence in totals.divergences[:1]:
         click.echo(explain(plain_case(seed, int(name.split()[1])), divergence))

@@ -136,7 +136,7 @@ class Player:
         """Process enabled inputs, posted events and expired timers."""
         if self.machine is not None and self.is_running and "inputs" in self.facts:
             self.machine.set_time(self.now)
-            self.begin("eventless")
+            self.start_macrostep("eventless")
             self.machine.settle()
             self.end(is_empty=True)
         self.take_posted(self.now)
@@ -148,7 +148,7 @@ class Player:
         while self.queue and self.is_running:
             self._take(now, *self.queue.pop(0))
 
-    def begin(self, cause: str) -> None:
+    def start_macrostep(self, cause: str) -> None:
         """Write the cause of a macrostep."""
         self._first = len(self.told)
         self.told.append(f"@{self.time % CLOCK} > {cause}")
@@ -181,7 +181,7 @@ class Player:
     def _take(self, now: int, event: str, payload: tuple[Value, ...]) -> None:
         assert self.machine is not None  # noqa: S101  (it runs)
         self.machine.set_time(now)
-        self.begin(" ".join(("event", event, *map(value_text, payload))))
+        self.start_macrostep(" ".join(("event", event, *map(value_text, payload))))
         self.machine.send(event, payload)
         self.end()
 
@@ -274,7 +274,7 @@ class TracedMachine:
         _, _, name, _, what, arguments = min(self._machine.deadlines)
         self.set_time(min(self._machine.deadlines)[0])
         if isinstance(name, int):
-            self._player.begin(f"timeout {name}")
+            self._player.start_macrostep(f"timeout {name}")
         elif what != self._raise:
             call()  # it leaves the machine
             self._told += self._before
@@ -283,7 +283,7 @@ class TracedMachine:
         else:
             event, *values = arguments
             shown = (value_text(frozen(value)) for value in values)
-            self._player.begin(" ".join(("event", event, *shown)))
+            self._player.start_macrostep(" ".join(("event", event, *shown)))
         self._is_firing = True
         call()
         self._player.end()

@@ -30,7 +30,7 @@ CHECKS: tuple[tuple[str, ...], ...] = ((), ("-DFSM_CHECKED",))
 BATCH = 5
 """Charts in one program."""
 FIGURES = (
-    *("posts", "rejected posts", "unknown events", "refused events", "calls from within"),
+    *("posts", "rejected posts", "unknown events", "unaccepted events", "calls from within"),
     *("snapshots restored", "snapshots rejected", "dispatches to a stopped machine"),
 )
 KINDS = ("runtime error: ", "AddressSanitizer: ", "broken at ", "no end")

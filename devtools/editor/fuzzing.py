@@ -64,8 +64,8 @@ def rename_result(context: Context, path: Path, position: types.Position) -> obj
     """Return the edits of a renaming, or the reason of its rejection."""
     try:
         made = rename.renaming(context, path, position, "zz_fuzzed")
-    except rename.RenameError as refused:
-        return str(refused)
+    except rename.RenameError as rejected:
+        return str(rejected)
     return {p: len(spans) for p, spans in made.places.items()}
 
 
@@ -145,11 +145,11 @@ def campaign(given: argparse.Namespace, folder: Path) -> int:
     pieces = [line for text in originals.values() for line in text.split("\n") if line.strip()]
     asked: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
-    edits, began = 0, time.monotonic()
+    edits, started = 0, time.monotonic()
     ended: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: ended.append(number))
-    while edits < given.edits and time.monotonic() - began < given.seconds and not ended:
+    while edits < given.edits and time.monotonic() - started < given.seconds and not ended:
         path = chance.choice(paths)
         text = originals[path]
         for _ in range(min(ROUND, given.edits - edits)):
@@ -183,7 +183,7 @@ def campaign(given: argparse.Namespace, folder: Path) -> int:
         context.workspace.set_text(path, None)
     sys.stdout.write(
         f"{edits} edits of {len(paths)} files, {sum(asked.values())} requests in "
-        f"{time.monotonic() - began:.0f} s, {sum(wrong.values())} wrong\n"
+        f"{time.monotonic() - started:.0f} s, {sum(wrong.values())} wrong\n"
     )
     for key, count in wrong.most_common():
         sys.stdout.write(f"{count} x {key}\n")

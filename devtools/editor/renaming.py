@@ -101,13 +101,13 @@ def main() -> int:
     for number, (path, occurrence) in enumerate(chosen):
         new = f"{FRESH}_{number}"
         position = context.range(occurrence.span).start
-        began = time.perf_counter()
+        started = time.perf_counter()
         try:
             made = renaming(context, path, position, new)
-        except RenameError as refused:
-            wrong.append(f"{path.name} {occurrence.symbol}: refused: {refused}")
+        except RenameError as error:
+            wrong.append(f"{path.name} {occurrence.symbol}: rejected: {error}")
             continue
-        times.append(time.perf_counter() - began)
+        times.append(time.perf_counter() - started)
         originals = {p: context.source(p) for p in made.places}
         apply(context, made)
         try:

@@ -84,7 +84,7 @@ def main(
 ) -> None:
     """Run charts under random events and faults, and account for each event and timer."""
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
-    began = time.monotonic()
+    started = time.monotonic()
     accounts = []
     try:
         with TemporaryDirectory(prefix="fsmkit-") as folder, console.status("") as status:
@@ -103,7 +103,7 @@ def main(
                     seed=seed,
                     samples=samples,
                     compared=compared,
-                    tell=status.update,
+                    report=status.update,
                 )
                 accounts.append(account)
     except FsmkitError as error:
@@ -117,7 +117,7 @@ def main(
     for account in accounts:
         if not account.is_sanitized:
             console.print(f"{account.chart.name}: without sanitizers, the compiler has none")
-    console.print(f"no law broken; {time.monotonic() - began:.0f} s")
+    console.print(f"no law broken; {time.monotonic() - started:.0f} s")
 
 
 def table(accounts: Sequence[Account], title: str) -> Table:

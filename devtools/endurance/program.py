@@ -25,23 +25,23 @@ PREFIX = "x"
 def report_limits(chart: Chart, findings: Findings) -> None:
     """Report unsupported parts of a chart: invoked charts, delayed events, compound values."""
 
-    def refuse(what: str, span: Span | None) -> None:
+    def reject(what: str, span: Span | None) -> None:
         findings.add("c-limit", f"an endurance run keeps no account of {what}", span)
 
     for invocation in chart.invocations:
-        refuse("invoked charts", invocation.span)
+        reject("invoked charts", invocation.span)
     for statement in all_statements(chart):
         if isinstance(statement, Send) and statement.delay is not None:
-            refuse("delayed events", statement.span)
+            reject("delayed events", statement.span)
     for variable in chart.inputs:
         if not is_plain(variable.type):
-            refuse(f"inputs of the type `{variable.type}`", variable.span)
+            reject(f"inputs of the type `{variable.type}`", variable.span)
     for index in posted_events(chart):
         for part in chart.events[index].fields:
             if not is_plain(part.type):
-                refuse(f"fields of the type `{part.type}`", chart.events[index].span)
+                reject(f"fields of the type `{part.type}`", chart.events[index].span)
     if not posted_events(chart):
-        refuse("charts that take no events", chart.root.span)
+        reject("charts that take no events", chart.root.span)
 
 
 def is_plain(type_: Type) -> bool:

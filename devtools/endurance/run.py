@@ -17,7 +17,7 @@ from fsmkit.diagnostics import Findings, fail
 
 WARNINGS = ("-Wall", "-Wextra", "-Wno-type-limits", "-Wno-unused-function")
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-PATIENCE = 3600
+TIME_LIMIT = 3600
 """Seconds of real time after which a program that has not ended never will."""
 
 
@@ -45,24 +45,24 @@ def endure(
     samples: int = 0,
     targets: Sequence[str] = ("c", "python"),
     compared: int = 0,
-    tell: Callable[[str], object] = lambda _: None,
+    report: Callable[[str], object] = lambda _: None,
 ) -> Account:
     """Run a chart for `seconds` simulated seconds in ``folder``; a violated law is an error.
 
     ``samples``: sessions that the interpreter repeats. The first ``compared`` of them also run on
-    ``targets``, and their traces are compared line by line. ``tell`` receives progress messages.
+    ``targets``, and their traces are compared line by line. ``report`` receives progress messages.
     """
     findings = Findings()
     report_limits(chart, findings)
     findings.stop_on_errors()
     is_sanitized = _build(chart, folder)
-    tell(f"{chart.name}: {seconds / 3600:g} simulated hours in C")
+    report(f"{chart.name}: {seconds / 3600:g} simulated hours in C")
     told = _run(folder, seconds, seed, samples)
     sessions = [_figures(line) for line in told if line.startswith("session")]
     lines = 0
     for place, expected in enumerate(sessions):
         number = expected.pop("session")
-        tell(f"{chart.name}: session {number} again in the interpreter")
+        report(f"{chart.name}: session {number} again in the interpreter")
         path = folder / f"session_{number}.txt"
         script = path.read_text(encoding="utf-8").splitlines()
         _require_same(chart, path, expected, replay(chart, script))
@@ -93,10 +93,10 @@ def _run(folder: Path, seconds: int, seed: int, samples: int) -> list[str]:
     command = [str(folder / "endurance"), str(seed), str(seconds), str(samples), str(folder)]
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=PATIENCE
+            command, capture_output=True, text=True, check=False, timeout=TIME_LIMIT
         )
     except subprocess.TimeoutExpired as error:
-        raise fail("harness-failed", f"the program did not end in {PATIENCE} s") from error
+        raise fail("harness-failed", f"the program did not end in {TIME_LIMIT} s") from error
     if done.returncode != 0:
         raise fail(
             "harness-failed",

@@ -29,7 +29,7 @@ class Behaviour:
         level: int = 0,
         inherited: frozenset[Node] = frozenset(),
     ) -> None:
-        """Begin with a tree. ``level`` counts the bases of a chart, whose ids are others."""
+        """Start from a tree. ``level``: the number of bases; each level has ids of its own."""
         self._choices = choices
         self._root = root
         self._content = content

@@ -45,7 +45,7 @@ class SeededChoices(Choices):
     """Decisions from a seed: the same seed gives the same chart on every machine."""
 
     def __init__(self, seed: int | str) -> None:
-        """Begin at the seed."""
+        """Start from the seed."""
         self._random = Random(seed)  # noqa: S311  (test data, not secrets)
 
     def integer(self, lo: int, hi: int) -> int:

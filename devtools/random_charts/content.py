@@ -62,7 +62,7 @@ class Content:
         object.__setattr__(self, "terms", Terms(self.choices, self.names))
 
     def at(self, event: Event | None) -> Content:
-        """Return the same with the payload of an event at hand."""
+        """Return the same content with `event` as the current event, whose payload it can read."""
         if event is None:
             return self
         return replace(self, names=replace(self.names, fields=event.fields))
@@ -125,7 +125,7 @@ class Content:
         return replace(self, names=replace(self.names, variables=(*names, *self.names.variables)))
 
     def fresh(self) -> str:
-        """Return a name that no local variable at hand has; others may have it elsewhere."""
+        """Return a name that no visible local variable has; it may exist in other blocks."""
         return f"l{sum(map(is_local, self.names.variables))}"
 
     def local(self) -> tuple[stmt.WrittenStatement, Content]:

@@ -47,7 +47,7 @@ ELEMENTS: tuple[lang.Type, ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """What a random chart declares. Variables are ``(name, type, start value)``."""
+    """The declarations of a random chart. Variables are ``(name, type, start value)``."""
 
     types: tuple[lang.EnumType | lang.RecordType, ...]
     constants: tuple[tuple[str, int], ...]

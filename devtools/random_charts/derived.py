@@ -235,7 +235,7 @@ class _Deriver:
         return next((e for e in self.content.events if e.name == name), None)
 
     def data(self) -> tuple[doc.DocData, ...]:
-        """Return inherited variables that begin with another value."""
+        """Return inherited variables with another start value."""
         names = {d.name.value for d in self.base.data}
         found = [
             doc.DocData(text(v.name), None, text(literal(self.choices, v.type)))

@@ -209,7 +209,7 @@ class _Writer:
 
 
 def _done(node: Node) -> Message:
-    """Return the done event of a state, whose number tells what its final states give."""
+    """Return the done event of a state; its number depends on the done data of its final states."""
     name = f"done.state.{node.id}"
     if node.kind is Kind.PARALLEL:
         return Message(name)

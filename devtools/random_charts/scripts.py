@@ -48,7 +48,7 @@ def random_script(
     than 0 they turn it back, by `CLOCK_MARGIN` at most from its latest reading.
     """
     now = latest = choices.pick(STARTS)
-    symbols: tuple[str, ...] = (*SYMBOLS, "never heard of")
+    symbols: tuple[str, ...] = (*SYMBOLS, "unknown event")
     if is_saved:  # as bytes, which name the symbols of the chart alone
         symbols = image_of(chart).texts
     lines = []

@@ -311,7 +311,7 @@ class _Host:
             if e.direction is doc.Direction.IN and "." not in e.name.value
         ]
 
-        def made() -> tuple[doc.DocTransition, ...]:
+        def transition() -> tuple[doc.DocTransition, ...]:
             event = (text(self.choices.pick(events)),)
             target = (text(self.choices.pick(targets)),)
             return (
@@ -319,7 +319,7 @@ class _Host:
             )
 
         if events:
-            self._add(made, 35)
+            self._add(transition, 35)
 
     def _read(self, name: str, inner: Chart) -> None:
         """Let some guards read the copy."""
@@ -332,7 +332,7 @@ class _Host:
         conditions += [f"{path}.{d.name}" for d in own if str(d.type) == "bool"]
         conditions += [f"{path}.{d.name} > 3" for d in own if d.name in (SENT, TURNS, "started")]
 
-        def made() -> tuple[doc.DocTransition, ...]:
+        def transition() -> tuple[doc.DocTransition, ...]:
             guard = text(self.choices.pick(conditions))
             content = (Assign(text(SENT), text(SENT), PLACE),)
             return (
@@ -343,15 +343,15 @@ class _Host:
             )  # fmt: skip
 
         if conditions:
-            self._add(made, 20)
+            self._add(transition, 20)
 
-    def _add(self, made: Callable[[], tuple[doc.DocTransition, ...]], percent: int) -> None:
+    def _add(self, draw: Callable[[], tuple[doc.DocTransition, ...]], percent: int) -> None:
         def changed(state: doc.DocState) -> doc.DocState:
             children = tuple(changed(child) for child in state.children)
             transitions = state.transitions
             is_plain = state.id is not None and state.kind in (doc.Kind.ATOMIC, *FOLDERS)
             if is_plain and self.choices.chance(percent):
-                transitions = (*transitions, *made())
+                transitions = (*transitions, *draw())
             return replace(state, children=children, transitions=transitions)
 
         root = self.document.root

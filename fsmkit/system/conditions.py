@@ -227,7 +227,7 @@ class _Reader:
         self.failed = True
         names = list(known)
         some = f"use one of {', '.join(f'`{n}`' for n in names[:8])}"
-        help_ = help_ or suggest(name, names, some if names else "remove it: there is none")
+        help_ = help_ or suggest(name, names, some if names else "remove it")
         self.findings.add("unknown-name", f"{what} `{name}`", at, help=help_)
 
 

@@ -266,7 +266,7 @@ class _Performer:
     ) -> Iterator[Failure]:
         """Match patterns in order with the actions; ``only`` (a location): reject other actions."""
         rest = iter(actions)
-        told = ", ".join(map(self._text, actions)) or "nothing"
+        found = ", ".join(map(self._text, actions)) or "nothing"
         matched = 0
         for pattern in patterns:
             for action in rest:
@@ -274,10 +274,10 @@ class _Performer:
                     matched += 1
                     break
             else:
-                yield Failure(pattern.at.span, f"not {word}: `{pattern.at}`; {word} was {told}")
+                yield Failure(pattern.at.span, f"not {word}: `{pattern.at}`; {word} was {found}")
                 return
         if only is not None and matched != len(actions):
-            yield Failure(only, f"{word} was more than that: {told}")
+            yield Failure(only, f"{word} was more than that: {found}")
 
     def _actions(self, new: Sequence[Happening]) -> tuple[list[Action], list[Action]]:
         calls: list[Action] = []

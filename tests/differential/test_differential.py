@@ -47,7 +47,7 @@ def test_random_charts(target: str) -> None:
             small, less = reduce_case(random_case(SEED, int(name.split()[1])), harness(target), 300)
             pytest.fail(explain(small, less or found))
         assert totals.charts == BATCH
-        assert totals.refused == 0
+        assert totals.rejected == 0
         assert totals.macrosteps > BATCH
 
 
@@ -60,7 +60,7 @@ def test_random_charts_that_are_saved_and_restored(target: str) -> None:
         case = random_case(SEED, int(name.split()[1]), is_saved=True)
         small, less = reduce_case(case, harness(target), 300)
         pytest.fail(explain(small, less or found))
-    assert (totals.charts, totals.refused) == (BATCH, 0)
+    assert (totals.charts, totals.rejected) == (BATCH, 0)
     assert totals.macrosteps > BATCH
 
 
@@ -73,7 +73,7 @@ def test_random_charts_with_functions(target: str, charts: int) -> None:
         case = random_case(SEED, int(name.split()[1]), has_functions=True)
         small, less = reduce_case(case, harness(target), 300)
         pytest.fail(explain(small, less or found))
-    assert (totals.charts, totals.refused) == (charts, 0)
+    assert (totals.charts, totals.rejected) == (charts, 0)
 
 
 @pytest.mark.slow
@@ -101,13 +101,13 @@ class Failing:
 
 def test_what_a_target_cannot_express_is_refused() -> None:
     totals = compare_all([random_case(SEED, 1)], [Failing("c-limit")])
-    assert (totals.refused, totals.divergences) == (1, [])
+    assert (totals.rejected, totals.divergences) == (1, [])
 
 
 @pytest.mark.parametrize("rule", ["c-compiler-failed", "harness-failed", "no-c-compiler"])
 def test_a_target_that_fails_has_not_refused(rule: str) -> None:
     totals = compare_all([random_case(SEED, 1)], [Failing(rule)])
-    assert totals.refused == 0
+    assert totals.rejected == 0
     ((_, divergence),) = totals.divergences
     assert "on purpose" in divergence.got
 

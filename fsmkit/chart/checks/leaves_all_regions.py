@@ -30,12 +30,12 @@ def check(chart: Chart, findings: Findings) -> None:
         name = chart.states[parallel].id
         findings.add(
             "leaves-all-regions",
-            f"all regions of `{name}` are left, and {', '.join(others)} begin anew: the target is "
-            "in another region than the source",
+            f"the transition leaves all regions of `{name}`, and {', '.join(others)} restart: "
+            "its target is in another region than its source",
             transition.span,
             secondary=[(chart.states[parallel].span, "these regions")],
-            help="raise an event that the other region takes, name a target in each region, or "
-            "say that it is meant: `ordered: true`",
+            help="raise an event that the other region handles, name a target in each region, or "
+            "mark the transition as intended: `ordered: true`",
             fixes=add_key(transition.span, "ordered", "true", keys.LABELLED),
         )
 

@@ -30,7 +30,7 @@ def check(chart: Chart, findings: Findings) -> None:
                     f"both guards can hold at once in `{state.id}`; the earlier one wins",
                     later.span,
                     secondary=[(earlier.span, "the earlier one")],
-                    help="make the guards exclude each other, or mark the order as meant: "
+                    help="make the guards exclude each other, or mark the order as intended: "
                     "`ordered: true`",
                     fixes=add_key(later.span, "ordered", "true", keys.LABELLED),
                 )

@@ -279,7 +279,7 @@ class _Lowering:
         text = expression.with_value
         branches: list[stmt.Branch[Text, stmt.WrittenStatement]] = []
         if self.joined.may_lack_event(expression):
-            failure = stmt.Fail(f"no event is at hand for `{expression}`", expression.span)
+            failure = stmt.Fail(f"`{expression}` needs a current event", expression.span)
             branches.append(stmt.Branch(text(f"{CURRENT_NAME} == ''"), (failure,)))
         for choice in choices:
             body = self._named(replace(send, event=text(choice.value), event_expr=None))

@@ -94,7 +94,7 @@ def _find(
             override,
             secondary=[(base.transitions[i].span, "one of them") for i in matching],
             help=f"override all {len(matching)} in their order; "
-            "or give the one that is meant an `id` in the base, and write `override: <id>`",
+            "or give one of them an `id` in the base, and write `override: <id>`",
         )
     return None
 

@@ -70,7 +70,7 @@ def infer_types(
         if data.name in names.untyped:
             findings.add(
                 "untyped-data",
-                f"nothing tells the type of `{data.name}`: it is taken to be a whole number",
+                f"the type of `{data.name}` cannot be inferred: a whole number is assumed",
                 data.span,
                 help="give it a start value",
             )

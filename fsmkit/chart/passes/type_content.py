@@ -104,7 +104,7 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statem
         case doc.Return(_, span):
             findings.add(
                 "outside-language",
-                "`return` is the end of a function, and this is none",
+                "`return` ends a function, but this content is not a function",
                 span,
                 help="assign the result to a variable",
             )
@@ -117,9 +117,9 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statem
         case doc.Super(span):
             findings.add(
                 "super-without-base",
-                "`super` stands for the base's content, and there is none here",
+                "`super` represents the base's content, which is missing here",
                 span,
-                help="remove `super`; only a derived chart has something to call so",
+                help="remove `super`: only a derived chart inherits content",
             )
             return ()
         case doc.Fail(reason, span, advice=advice):
@@ -214,9 +214,9 @@ def _reply(written: doc.Reply[Text], context: Context) -> tuple[stmt.Statement, 
     kinds = list(dict.fromkeys(context.replies))
     if len(kinds) != 1:
         what = (
-            "no event that can be at hand here is declared with an answer"
+            "no event that can be current here is declared with an answer"
             if not kinds
-            else "the events that can be at hand here want answers of different types"
+            else "the events that can be current here have answers of different types"
         )
         context.findings.add(
             "reply-without-query",

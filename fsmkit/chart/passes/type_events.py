@@ -348,7 +348,7 @@ def type_cancel(written: DocCancel, context: Context) -> tuple[stmt.Statement, .
     if value is not None:
         context.findings.add(
             "not-known-when-compiling",
-            "the id of what is cancelled is computed at run time",
+            "the id of the cancelled event is computed at run time",
             written.id_expr,
             help="give the `send` an `id`, and cancel that",
         )

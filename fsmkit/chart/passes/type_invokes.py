@@ -156,7 +156,7 @@ def _check_operations(
                 f"operation `{name}` of `{chart.name}` has other types than the one declared here",
                 first.span,
                 secondary=[(operation.span, "the other"), (slot.invoke.span, "invoked here")],
-                help="one host performs the operations of a chart and of all that it invokes: "
+                help="one host performs the operations of a chart and of its invoked charts: "
                 "rename one of the two, or give both the same types",
             )
 

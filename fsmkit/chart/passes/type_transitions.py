@@ -201,12 +201,12 @@ def _delays(written: DocTransition, context: Context) -> tuple[int | None, int]:
         )  # fmt: skip
     elif greatest < least:
         context.findings.add(
-            "bad-delay", "this delay ends before it begins", text, help="swap the two",
+            "bad-delay", "the greatest delay is less than the least", text, help="swap the two",
             fixes=replace_text(text, f"{rest}..{text.part(0, len(low)).strip()}"),
         )  # fmt: skip
     elif not rest.value and least >= OPEN_ENDED:
         context.findings.add(
-            "bad-delay", "an interval without an end begins within 2^30 ticks", text,
+            "bad-delay", "the least delay of an open interval must be less than 2^30 ticks", text,
             help="choose a longer `tick`",
         )  # fmt: skip
     return (None if least == greatest else least), greatest

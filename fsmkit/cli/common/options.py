@@ -47,7 +47,7 @@ def no_such(what: str, value: str, known: Sequence[str]) -> str:
     """Return the message for an unknown value, with the known ones and a suggestion."""
     near = nearest_name(value, known)
     hint = "" if near is None else f"; did you mean `{near}`?"
-    return f"there is no {what} `{value}`: {', '.join(known) or 'there is none'}{hint}"
+    return f"there is no {what} `{value}`: {', '.join(known) or 'none exists'}{hint}"
 
 
 def path_option(*names: str, **settings: Any) -> Callable[[Verb], Verb]:

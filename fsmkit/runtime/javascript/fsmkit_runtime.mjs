@@ -823,7 +823,7 @@ export class Machine {
 
   _field(name) {
     const at = this._at === null ? undefined : this.definition.events[this._at.event].fields.get(name);
-    if (at === undefined) throw new ContentError(`no event with ${name} is at hand`);
+    if (at === undefined) throw new ContentError(`the current event has no field ${name}`);
     return this._at.payload[at];
   }
 

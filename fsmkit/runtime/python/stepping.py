@@ -199,7 +199,7 @@ class Stepping(Timers):
         """Return a field of the current payload; fails if the current event lacks it."""
         at = self.FIELDS[self._event].get(name) if self._event >= 0 else None
         if at is None:
-            raise ContentError(f"no event with {name} is at hand")
+            raise ContentError(f"the current event has no field {name}")
         return self._fields[at]
 
     def _event_name(self, texts: tuple[str, ...] | None = None) -> str:

@@ -27,7 +27,7 @@ Documents = tuple[doc.Document, ...]
 DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([a-z]+)\s*")
 BLOCKS = ("entry", "exit")
 """The handlers of a state, by the words of the notation."""
-UNHEARD = "event not heard"
+UNHEARD = "event ignored"
 NEEDED: dict[str, str] = {
     "target moved": "transition",
     "action dropped": "handler",

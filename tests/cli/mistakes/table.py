@@ -521,7 +521,7 @@ NAMES = {
         "did you mean `guard.yaml`?",
     ),
     "super without a base": content(
-        "super", "`super` stands for the base's content, and there is none here", "remove `super`"
+        "super", "`super` represents the base's content, which is missing here", "remove `super`"
     ),
 }
 

@@ -124,7 +124,7 @@ def test_every_operator_finds_its_places(tmp_path: Path) -> None:
         "super dropped": 1,
         "delay halved": 1,
         "delay doubled": 1,
-        "event not heard": 2,
+        "event ignored": 2,
     }
 
 

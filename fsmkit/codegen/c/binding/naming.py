@@ -18,13 +18,13 @@ def report_chosen(names: Names, findings: Findings) -> None:
     if binding is None:
         return
     for chosen in binding.names.values():
-        begin = f"{names.prefix}_"
-        if chosen.kind in PREFIXED and not chosen.text.startswith(begin):
+        start = f"{names.prefix}_"
+        if chosen.kind in PREFIXED and not chosen.text.startswith(start):
             findings.add(
                 "unfit-binding",
                 f"`{chosen.text}` lacks the prefix of the machine's functions and types",
                 chosen.place,
-                help=f"call it `{begin}{chosen.text}`",
+                help=f"name it `{start}{chosen.text}`",
             )
             continue
         found = _found(names, chosen)
