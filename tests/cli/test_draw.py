@@ -42,14 +42,15 @@ def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out) == {"chart": "Feeder", "files": [str(out)]}
 
 
-@pytest.mark.external
 def test_without_graphviz(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    outs = [tmp_path / "a.mmd", tmp_path / "a.svg"]
+    outs = [tmp_path / "a.mmd", tmp_path / "a.png"]
     assert execute(["draw", FEEDER, "--out", str(outs[0]), "--out", str(outs[1])]) == 1
-    assert "missing-graphviz" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "a PNG needs Graphviz's `dot`, which is not installed" in told
+    assert "draw `.svg`, or install Graphviz" in told
     assert not any(out.exists() for out in outs)
 
 

@@ -219,6 +219,10 @@ def test_a_large_chart_is_not_drawn() -> None:
     told = client.last("chart")
     assert len(told["states"]) == charts.MOST_DRAWN + 2
     assert "svg" not in told
+    assert told["undrawn"] == (
+        f"A drawing has at most {charts.MOST_DRAWN} states, "
+        f"and this has {charts.MOST_DRAWN + 1}: fold some."
+    )
 
 
 def test_branches_share_a_limit(gate: Path) -> None:

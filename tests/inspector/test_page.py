@@ -118,11 +118,12 @@ def test_a_branch_that_was_left_is_gone_back_to(gate_page: Seen) -> None:
 def test_without_graphviz_the_outline_takes_its_place(
     browser: Browser, gate: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(charts, "_drawn", lambda *_: "")
+    monkeypatch.setattr(charts, "_drawn", lambda *_: ("", "no Graphviz"))
     with served(Hub(fsmkit.read_chart(gate))) as server:
         seen = Seen(browser, server)
         seen.page.wait_for_selector("#outline:not([hidden])")
         assert seen.page.is_hidden("#drawing")
+        assert seen.page.inner_text(".undrawn") == "no Graphviz"
         tree = seen.page.get_by_role("treeitem", selected=True)
         assert tree.inner_text() == "closed"
         seen.page.get_by_role("treeitem").first.focus()

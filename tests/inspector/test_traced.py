@@ -81,7 +81,7 @@ def traced(*pieces: bytes, framed: bool = False) -> tuple[Traced, Pieces]:
 
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(charts, "_drawn", lambda *_: "")  # without Graphviz
+    monkeypatch.setattr(charts, "_drawn", lambda *_: ("", "no Graphviz"))  # without Graphviz
     (tmp_path / "gate.yaml").write_text(GATE)
     for level in (1, 2):
         (tmp_path / f"gate{level}.trace").write_bytes(b"".join(trace_of(level=level)))
@@ -297,7 +297,7 @@ states:
 
 @pytest.mark.parametrize("name", ["vcd", "mcap", "perfetto", "live"])
 def test_names_are_data(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(charts, "_drawn", lambda *_: "")
+    monkeypatch.setattr(charts, "_drawn", lambda *_: ("", "no Graphviz"))
     path = tmp_path / "hostile.yaml"
     path.write_text(HOSTILE, encoding="utf-8")
     chart = load(path)

@@ -13,7 +13,11 @@ from typing import Any
 from fsmkit.diagnostics.parsing import parse_json
 
 END = b"</svg>"
-TEXT = re.compile(r'<text text-anchor="(\w+)" x="([^"]*)" y="([^"]*)"([^>]*)>([^<]*)</text>')
+TEXT = re.compile(
+    r'<text(?: xml:space="preserve")? text-anchor="(\w+)" x="([^"]*)" y="([^"]*)"([^>]*)>'
+    r"([^<]*)</text>"
+)
+"""A text; newer versions of Graphviz keep its white space, which the labels need not."""
 
 
 def fitted(content: bytes) -> str:

@@ -70,7 +70,7 @@ def command(
 
     In a chart, inherited items are grey, active states filled and watchdogs dashed. In a system,
     events are solid arrows, levels dashed ones, and machines of the environment grey. For a
-    deployment, the nodes are drawn, too. Pictures need Graphviz; dot, mmd and puml do not.
+    deployment, the nodes are drawn, too. Only png and pdf need an installed Graphviz.
     """
     with option_value():
         for path in outputs:

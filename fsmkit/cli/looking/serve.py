@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-import shutil
 import webbrowser
 from contextlib import nullcontext
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fsmkit.chart.drawing.graphviz.engine import why_no_drawing
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.editor import editor
 from fsmkit.cli.common.options import Reading, option_value, path_option, reading_options
@@ -189,8 +189,8 @@ def command(
             print_json({"name": opened.name, "session": hub.session, "address": address, **port})
         else:
             result.print(f"{opened.name}: {address}", markup=False, soft_wrap=True)
-            if shutil.which("dot") is None:
-                out.print("states are listed, not drawn: Graphviz's `dot` is not installed")
+            if (reason := why_no_drawing()) is not None:
+                out.print(f"states are listed, not drawn: {reason}", markup=False, soft_wrap=True)
             for number in port.values():
                 result.print(f"editors: 127.0.0.1:{number}", markup=False, soft_wrap=True)
         if is_opened:

@@ -9,11 +9,11 @@ bend in light grey.
 from __future__ import annotations
 
 import math
-import shutil
-import subprocess
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from fsmkit.chart.drawing.graphviz.engine import run_graphviz
+from fsmkit.diagnostics import FsmkitError
 from fsmkit.export.uppaal.network import Edge, Label, Location, Point, Template
 
 LINE, LETTER = 17, 7
@@ -156,7 +156,7 @@ def _by_dot(cards: Sequence[Card], connections: Collection[Way]) -> Drawing | No
 
     Lines leave below the strip and enter above it, so they cross no label of their own cards.
     """
-    if not cards or len(connections) > MOST_EDGES or shutil.which("dot") is None:
+    if not cards or len(connections) > MOST_EDGES:
         return None
     names = {card.location.id: f"n{n}" for n, card in enumerate(cards)}
     lines = ["digraph { splines=polyline; nodesep=0.4; ranksep=0.4; node [shape=box fixedsize=1]"]
@@ -166,17 +166,10 @@ def _by_dot(cards: Sequence[Card], connections: Collection[Way]) -> Drawing | No
     ]
     lines += [f"{names[a]} -> {names[b]} [tailport=sw headport=nw]" for a, b in connections]
     try:
-        done = subprocess.run(
-            ["dot", "-Tplain"],
-            input="\n".join([*lines, "}"]),
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=SECONDS,
-        )
-    except subprocess.SubprocessError:
+        output = run_graphviz("\n".join([*lines, "}"]), ("plain",), seconds=SECONDS)
+    except FsmkitError:
         return None
-    words = [line.split() for line in done.stdout.splitlines()]
+    words = [line.split() for line in output.decode().splitlines()]
     width, height = (round(INCH * float(size)) for size in words[0][2:4])
 
     def point(x: str, y: str) -> Point:

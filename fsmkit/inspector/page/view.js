@@ -107,7 +107,10 @@ class View {
     this.outline.list.hidden = !isOutline;
     const which = this.part("which");
     which.disabled = !this.svg;
-    which.title = this.svg ? "o" : "There is no drawing: Graphviz is not installed, or the chart is too large.";
+    const reason = this.svg ? "" : (this.shown && this.shown.undrawn) || "There is no drawing.";
+    which.title = reason || "o";
+    setText(this.part("undrawn"), reason);
+    this.part("undrawn").hidden = !reason;
     which.textContent = isOutline && this.svg ? "Drawing" : "Outline";
     for (const name of ["follow", "in", "out", "whole"]) this.part(name).disabled = isOutline;
   }

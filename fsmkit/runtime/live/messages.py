@@ -251,7 +251,9 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     folds: list[str] = []
     """The states that a drawing can show as boxes without content."""
     svg: str = ""
-    """A drawing with the ids `s12`, `t25`, `w25`; empty without Graphviz."""
+    """A drawing with the ids `s12`, `t25`, `w25`; empty if it was not requested or failed."""
+    undrawn: str = ""
+    """Why there is no drawing; empty if there is one, or none was requested."""
 
 
 class Done(Message, frozen=True, tag="done", kw_only=True):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.drawing.drawing import Drawing
 from fsmkit.chart.drawing.fitting import fitted
+from fsmkit.chart.drawing.graphviz.engine import BITMAPS, run_graphviz
 from fsmkit.chart.drawing.layout import improve_layout
 from fsmkit.chart.drawing.states.boxes import boxed, composites
 from fsmkit.chart.drawing.states.dot.draw import (
@@ -37,7 +37,7 @@ from fsmkit.system.deployment.deployment import Deployment
 from fsmkit.system.machine import port_name
 from fsmkit.system.system import System
 
-PICTURES = (".svg", ".png", ".pdf")
+PICTURES = (".svg", *(f".{kind}" for kind in BITMAPS))
 """The kinds of pictures by Graphviz."""
 MOST_PICTURED = 2_000
 """States of a picture, beyond which the layout takes many minutes."""
@@ -223,31 +223,9 @@ def _arrows(system: System) -> dict[tuple[int, int, str], list[str]]:
 
 
 def _picture(text: str, kind: str) -> bytes:
-    """Return Graphviz's picture of a source: ``svg``, ``png`` or ``pdf``."""
-    import graphviz
-
-    try:
-        layout = improve_layout(_output_of(["dot", "-Tdot", "-Tjson"], text))
-        if kind != "svg":
-            laid_out = graphviz.Source(layout, engine="neato")
-            return bytes(laid_out.pipe(format=kind, neato_no_op=2, quiet=True))
-        # two formats of one layout, which the library does not have
-        svg = fitted(_output_of(["neato", "-n2", "-Tsvg", "-Tjson"], layout))
-        return with_dark_colours(svg).encode()
-    except (FileNotFoundError, graphviz.ExecutableNotFound) as error:
-        raise fail(
-            "missing-graphviz",
-            f"Graphviz's `dot` is not installed, so there is no {kind.upper()}",
-            help="install graphviz (`make tools`), or draw `.mmd`, `.puml` or `.dot`",
-        ) from error
-    except (subprocess.SubprocessError, OSError) as error:
-        message = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip()
-        raise fail(
-            "drawing-failed",
-            f"`dot` did not draw it: {message.splitlines()[0] if message else error}",
-            help="draw `.dot` and look at it, and report this",
-        ) from error
-
-
-def _output_of(command: list[str], text: str) -> bytes:
-    return subprocess.run(command, input=text.encode(), capture_output=True, check=True).stdout
+    """Return the picture of a source for Graphviz: ``svg``, ``png`` or ``pdf``."""
+    layout = improve_layout(run_graphviz(text, ("dot", "json")))
+    if kind != "svg":
+        return run_graphviz(layout, (kind,), "neato -n2")
+    svg = fitted(run_graphviz(layout, ("svg", "json"), "neato -n2"))
+    return with_dark_colours(svg).encode()
