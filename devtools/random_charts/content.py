@@ -98,7 +98,7 @@ class Content:
             case 18 | 19 if depth > 0:
                 return self._if(depth)
             case 20 if depth > 0:
-                return self._for_each(depth)
+                return self._foreach(depth)
             case 21 if depth > 0:
                 return self._bounded_send()
             case _:
@@ -274,7 +274,7 @@ class Content:
             branches.append(stmt.Branch(None, (self.statement(depth - 1),)))
         return stmt.If(tuple(branches), PLACE)
 
-    def _for_each(self, depth: int) -> stmt.WrittenStatement:
+    def _foreach(self, depth: int) -> stmt.WrittenStatement:
         loops = [
             (array, item)
             for array in self.names.of(ArrayType, writable=True)

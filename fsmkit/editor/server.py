@@ -142,12 +142,12 @@ class Server(LanguageServer):
             )
             self.background.token = token
 
-        def tell(figures: Mapping[str, Any]) -> None:
+        def report_progress(figures: Mapping[str, Any]) -> None:
             if is_shown:
                 text = f"{figures['states']:,} states, depth {figures['depth']}"
                 self.work_done_progress.report(token, types.WorkDoneProgressReport(message=text))
 
-        found = await self.background.check(path, files, tell)
+        found = await self.background.check(path, files, report_progress)
         if is_shown:
             done = "ended" if found is None else str(found.report.get("verdict", "error"))
             self.work_done_progress.end(token, types.WorkDoneProgressEnd(message=done))

@@ -73,12 +73,12 @@ class _Speller:
     def variant(self, variant: Variant) -> str:
         if variant.domain is None:
             return "stays"
-        told = f"within {self.state(variant.domain)}: {self.ops(variant.entry) or 'nothing'}"
+        effect = f"within {self.state(variant.domain)}: {self.ops(variant.entry) or 'nothing'}"
         conditions = " and ".join(
             f"{self.state(c.history)} recorded {c.first}..{c.last} in region {c.region}"
             for c in variant.conditions
         )
-        return f"if {conditions}: {told}" if conditions else told
+        return f"if {conditions}: {effect}" if conditions else effect
 
     def ops(self, ops: Iterable[Op]) -> str:
         return ", ".join(self.op(op) for op in ops)

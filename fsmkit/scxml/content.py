@@ -59,7 +59,7 @@ def _statement(word: str, element: Element, context: Context) -> stmt.Block:
         case "if":
             return (_if(element, context),)
         case "foreach":
-            return _for_each(element, context)
+            return _foreach(element, context)
         case "log":
             value = context.given(element, "expr")
             return (stmt.Log(element.get("label"), () if value is None else (value,), span),)
@@ -127,7 +127,7 @@ def _if(element: Element, context: Context) -> stmt.WrittenStatement:
     return stmt.If(tuple(branches), element.span)
 
 
-def _for_each(element: Element, context: Context) -> stmt.Block:
+def _foreach(element: Element, context: Context) -> stmt.Block:
     array, item = context.given(element, "array"), context.given(element, "item")
     if array is None or item is None:
         return _lacks(element, "array" if array is None else "item", context)

@@ -141,10 +141,10 @@ def _type(element: Element, context: Context) -> Text | None:
     if own is not None or plain is None or context.is_strict:
         return own or plain
     name, is_open, _ = plain.value.lower().partition("[]")
-    meant = PLAIN_TYPES.get(name.strip())
-    if meant is not None and is_open:
-        return Text(f"{meant}[]", plain.span, ())
-    if meant is None:
+    known = PLAIN_TYPES.get(name.strip())
+    if known is not None and is_open:
+        return Text(f"{known}[]", plain.span, ())
+    if known is None:
         context.complain(
             "unusable-type",
             f"`{plain}` is not a type of fsmkit; the type is inferred from the start value",
@@ -152,4 +152,4 @@ def _type(element: Element, context: Context) -> Text | None:
             f'write `{PREFIX}:type="..."` with a type such as `0..100` or `uint8[4]`',
         )
         return None
-    return plain if meant == plain.value else Text(meant, plain.span, ())
+    return plain if known == plain.value else Text(known, plain.span, ())

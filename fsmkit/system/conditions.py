@@ -24,7 +24,7 @@ from fsmkit.system.inlined_functions import inline_function
 from fsmkit.system.machine import Machine
 from fsmkit.system.properties.condition import Atom, Condition
 
-Meant = TypeVar("Meant")
+Binding = TypeVar("Binding")
 OCCURS = rf"occurs\s*\(\s*(?P<taking>{INDEXED})\s*\.\s*(?P<event>[A-Za-z_][\w.]*)\s*\)"
 TEST = rf"(?P<tested>{INDEXED})\s*\.\s*In\s*\(\s*(?P<state>[^()]*?)\s*\)"
 DOTTED = (
@@ -320,7 +320,7 @@ def constants_of(machines: tuple[Machine, ...]) -> Mapping[str, lang.Literal]:
     return _unambiguous(pair for machine in machines for pair in machine.chart.constants)
 
 
-def _unambiguous(pairs: Iterable[tuple[str, Meant]]) -> dict[str, Meant]:
-    found: dict[str, Meant] = {}
+def _unambiguous(pairs: Iterable[tuple[str, Binding]]) -> dict[str, Binding]:
+    found: dict[str, Binding] = {}
     clashing = {name for name, meant in pairs if found.setdefault(name, meant) != meant}
     return {name: meant for name, meant in found.items() if name not in clashing}

@@ -244,10 +244,10 @@ def _require_replaced(
     known |= dict.fromkeys(m.place[0] for m in machines if m.place is not None)
     for name in replacing if not findings.has_errors else ():
         if name not in known:
-            meant = suggest(name, known)
+            hint = suggest(name, known)
             findings.add(
                 "no-such-machine",
                 f"there is no machine `{name}` to replace",
                 None,
-                help=f"{f'{meant} ' if meant else ''}there are {', '.join(known)}",
+                help=f"{f'{hint} ' if hint else ''}there are {', '.join(known)}",
             )

@@ -611,12 +611,12 @@ def _require_known(system: System, properties: frozenset[str]) -> None:
     known = {property_.name for property_ in system.properties}
     for name in sorted(properties - known):
         near = nearest_name(name, known)
-        meant = "" if near is None else f"did you mean `{near}`? "
+        hint = "" if near is None else f"did you mean `{near}`? "
         raise fail(
             "no-such-property",
             f"`{system.name}` has no property `{name}`",
             None,
-            help=f"{meant}there are {', '.join(sorted(known))}" if known else "it has none",
+            help=f"{hint}there are {', '.join(sorted(known))}" if known else "it has none",
         )
 
 

@@ -213,7 +213,7 @@ def test_what_no_run_reaches_leaves_the_denominator(
     assert execute(["coverage", counts, "--only-reachable", str(path)]) == 0
     told = " ".join(capsys.readouterr().out.split())
     assert "A 1 of 1 1 of 1 1 of 2 0 of 1" in told
-    assert "A: out of reach are 1 states, 2 transitions and 1 guards: `fsmkit check" in told
+    assert "A: out of reach are 1 state, 2 transitions and 1 guard: `fsmkit check" in told
 
 
 def test_items_of_copies_count_for_each_and_summed_on_their_lines(tmp_path: Path) -> None:

@@ -310,7 +310,7 @@ def signal_of(name: str, type_: Type, start: int, span: Span) -> Signal:
     if isinstance(type_, FloatType):
         return Signal(name, type_, start, type_.bits, False, False, span)
     found = integer_bounds(type_)
-    assert found is not None, type_  # noqa: S101  (`report_limits` has refused others)
+    assert found is not None, type_  # noqa: S101  (`report_limits` rejects others)
     lo, hi = found
     bits = max(1, (hi - lo).bit_length())
     if isinstance(type_, BoolType):

@@ -146,7 +146,7 @@ class CanLink(Link):
             pass
 
     def _take_next(self, timeout: float) -> bool:
-        """Receive a frame of the bus; False if there is none within so many seconds."""
+        """Receive a frame of the bus; return False if none arrives within `seconds`."""
         content = self._bus.recv(timeout)
         if content is None:
             return False

@@ -67,9 +67,9 @@ def _node(out: Emitter, node: Node, wires: CanWires, name: str) -> None:
     tables = {"received": wires.received, "sent": wires.sent, "silence": wires.silences}
     counts = ", ".join(f"{len(table)}u" for table in tables.values())
     names = ", ".join(f"{name}_{key}" if table else "NULL" for key, table in tables.items())
-    begin = f"{name}_start" if levels else "NULL"
+    start_values = f"{name}_start" if levels else "NULL"
     with out.block(f"const fsm_can_node {name} = {{", "};"):
-        out.line(f"{wires.peer}u, {len(levels)}u, {begin}, {counts}, {names}")
+        out.line(f"{wires.peer}u, {len(levels)}u, {start_values}, {counts}, {names}")
     out.line()
 
 

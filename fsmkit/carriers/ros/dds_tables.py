@@ -119,13 +119,13 @@ class Tables:
             for machine in machines:
                 out.line(f'"rt{self.ros.namespace}/{lower(machine.name)}/state",')
         self._text()
-        levels, begin = self.print_start()
+        levels, start_values = self.print_start()
         counts = f"{len(self.topics)}u, {len(self.wires)}u, {len(machines)}u"
         with out.block(f"const fsm_link_dds_node {name} = {{", "};"):
             out.lines(
                 [
                     f"{self.peer}u, {self.ros.domain}u, {str(self.ros.is_insecure).lower()},",
-                    f"{levels}u, {begin}, {counts},",
+                    f"{levels}u, {start_values}, {counts},",
                     f"{name}_topics, {name}_wires, {name}_machines,",
                     f"&{_struct(STRING)}_desc, {name}_text",
                 ]

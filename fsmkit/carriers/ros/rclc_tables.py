@@ -67,9 +67,9 @@ class _Tables(Tables):
                 out.line(f"static {self.struct(topic.type)} {name}_message_{place};")
         out.line()
         self.print_wires()
-        levels, begin = self.print_start()
+        levels, start_values = self.print_start()
         with out.block(f"const fsm_link_rclc_node {name} = {{", "};"):
-            out.line(f"{self.peer}u, {levels}u, {begin},")
+            out.line(f"{self.peer}u, {levels}u, {start_values},")
             out.line(f"{len(self.topics)}u, {len(self.wires)}u, {name}_topics, {name}_wires")
         out.line()
 

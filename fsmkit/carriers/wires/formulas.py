@@ -225,7 +225,7 @@ class FormulaReader:
         return True
 
     def _has_hysteresis(self, expression: Expr, meanings: Mapping[str, Meaning]) -> bool:
-        """Report comparisons of what noise moves to and fro."""
+        """Report a comparison whose result noise can change, and return False; True without one."""
         for part in subexpressions(expression):
             if not isinstance(part, Binary) or part.op not in COMPARISONS:
                 continue
@@ -245,7 +245,7 @@ class FormulaReader:
         return True
 
     def of_parameter(self, place: int, field_: Field) -> Formula:
-        """Return the value of a parameter of what leaves a machine."""
+        """Return the value of a parameter of an output event, a call or a level of a machine."""
         span = self.deployment.system.machines[0].span
         assert span is not None  # noqa: S101  (it was read from a file)
         variable = Variable("wire__it", field_.type, Storage.INPUT, span)

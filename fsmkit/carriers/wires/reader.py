@@ -165,7 +165,7 @@ def _devices(node: Node | None, reader: FormulaReader) -> list[Device]:
             (name, WORD),
             (header, HEADER),
             (type_, WORD),
-            *_each_notice(notices),
+            *_notice_patterns(notices),
         ):
             if not pattern.fullmatch(text.value):
                 findings.add("broken-board", f"`{text}` is not an identifier of C", text)
@@ -185,7 +185,7 @@ def _devices(node: Node | None, reader: FormulaReader) -> list[Device]:
     return found
 
 
-def _each_notice(notices: tuple[Text, ...]) -> list[tuple[Text, re.Pattern[str]]]:
+def _notice_patterns(notices: tuple[Text, ...]) -> list[tuple[Text, re.Pattern[str]]]:
     return [(notice, WORD) for notice in notices]
 
 

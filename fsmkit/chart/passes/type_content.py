@@ -98,7 +98,7 @@ def _typed(written: doc.WrittenStatement, context: Context) -> tuple[stmt.Statem
         case doc.If():
             return (_if(written, context),)
         case doc.ForEach():
-            return _for_each(written, context)
+            return _foreach(written, context)
         case doc.Reply():
             return _reply(written, context)
         case doc.Return(_, span):
@@ -200,7 +200,7 @@ def _if(
     return stmt.If(tuple(branches), written.span)
 
 
-def _for_each(
+def _foreach(
     written: doc.ForEach[Text, Text, doc.WrittenStatement], context: Context
 ) -> tuple[stmt.Statement, ...]:
     head = type_loop_head(written, context.scope, context.findings)

@@ -15,8 +15,8 @@ def _age() -> float:
     """Return the age of this process in seconds, if the system provides it."""
     try:
         fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
-        began = int(fields[19]) / os.sysconf("SC_CLK_TCK")  # since the system began: proc(5)
-        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - began)
+        started = int(fields[19]) / os.sysconf("SC_CLK_TCK")  # since the system started: proc(5)
+        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - started)
     except (OSError, ValueError, AttributeError, IndexError):
         return 0.0
 

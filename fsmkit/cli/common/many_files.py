@@ -72,12 +72,12 @@ def check_several(paths: Sequence[Path], evaluate: Evaluate, document: Document 
         print_json({"code": code, "files": [_document(answer, document) for answer in answers]})
     else:
         counts = {word: sum(a.word == word for a in answers) for word in ORDER}
-        told = ", ".join(f"{n} {SHOWN[word]}" for word, n in counts.items() if n)
+        summary = ", ".join(f"{n} {SHOWN[word]}" for word, n in counts.items() if n)
         skipped = len(named) - len(files)
-        told += f"; {skipped} abstract skipped" if skipped else ""
+        summary += f"; {skipped} abstract skipped" if skipped else ""
         missing = len(files) - len(answers)
-        told += f"; interrupted, {missing} not checked" if missing else ""
-        result.print(f"{len(answers)} files: {told}", style="dim")
+        summary += f"; interrupted, {missing} not checked" if missing else ""
+        result.print(f"{len(answers)} files: {summary}", style="dim")
     return code
 
 

@@ -76,7 +76,8 @@ STORAGE = _object({
     "expected_omissions?": _or_null(NUMBER), "omission_probability?": _or_null(NUMBER),
 })  # fmt: skip
 RANKS = _object({
-    "ranks": INT, "told": INT, "filtered": INT, "sent": INT, "resident": INT, "seconds": NUMBER,
+    "ranks": INT, "forwarded": INT, "filtered": INT, "sent": INT, "resident": INT,
+    "seconds": NUMBER,
 })  # fmt: skip
 REPORT_KEYS = {
     "verdict": VERDICT, "states": COUNT, "zones?": _or_null(INT), "transitions": COUNT,

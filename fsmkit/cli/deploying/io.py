@@ -159,13 +159,13 @@ def _reject(message: str, advice: str | None) -> NoReturn:
 
 def _watch(registers: Registers, signals: Mapping[str, Signal], span: float, period: float) -> None:
     """Print a line for each wire at first, and for each change."""
-    began = time.monotonic()
+    started = time.monotonic()
     last: dict[str, int] = {}
-    while (now := time.monotonic() - began) <= span:
+    while (now := time.monotonic() - started) <= span:
         for name, signal in signals.items():
             raw = registers.get(name)
             if last.get(name) != raw:
                 last[name] = raw
-                told = meaning(signal, raw) or "not valid"
-                result.print(f"{now:9.3f} {name} {told}", markup=False, highlight=False)
+                text = meaning(signal, raw) or "not valid"
+                result.print(f"{now:9.3f} {name} {text}", markup=False, highlight=False)
         time.sleep(period)

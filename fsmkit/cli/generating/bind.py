@@ -129,11 +129,11 @@ def _report_shared(chart: Chart, header: Header, findings: Findings) -> None:
     names = sorted({e.name.rpartition(" ")[2] for part in parts for e in part if e.is_own} & own)
     shared = [name for name in names if name.lower().startswith(begin)]
     if shared:
-        told = ", ".join(f"`{name}`" for name in shared[:MOST_SHARED])
+        shared_names = ", ".join(f"`{name}`" for name in shared[:MOST_SHARED])
         more = f" and {len(shared) - MOST_SHARED} more" if len(shared) > MOST_SHARED else ""
         findings.add(
             "c-name-taken",
-            f"the header and the machine both have {told}{more}",
+            f"the header and the machine both have {shared_names}{more}",
             chart.root.span,
             help=f"choose another prefix, `fsmkit compile --prefix {begin}chart`, or names in C "
             "under `names` of the binding",

@@ -208,7 +208,7 @@ def command(
         for path in files:
             out.print(escape(str(path)))
         for chart, generated in made.machines:
-            out.print(escape(told(chart, generated)))
+            out.print(escape(size_line(chart, generated)))
         for line in lines:
             out.print(escape(line))
     return 0
@@ -230,7 +230,7 @@ def _is_model(model: Model | Board) -> TypeGuard[Model]:
     return not isinstance(model, Board)
 
 
-def told(chart: Chart, made: Generated) -> str:
+def size_line(chart: Chart, made: Generated) -> str:
     """Return a line on the size and the bounds of a machine."""
     figures = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in made.figures.items())
     return f"{chart.name}: {figures}"

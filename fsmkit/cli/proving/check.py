@@ -209,7 +209,7 @@ def evaluate_file(
     own = reading.of(file)
     with progress(f"reading {file.name}", is_quiet=is_quiet) as show:
 
-        def tell(states: int, transitions: int, depth: int) -> None:
+        def report_progress(states: int, transitions: int, depth: int) -> None:
             figures = f"{states:,} states, {transitions:,} transitions, depth {depth}"
             show(f"exploring {file.name}: {figures}")
 
@@ -224,7 +224,7 @@ def evaluate_file(
                 parameters=own.parameters,
                 options=options,
                 properties=names,
-                progress=tell,
+                progress=report_progress,
                 deadline=deadline,
             )
         is_whole = found.verdict is not Verdict.UNDECIDED

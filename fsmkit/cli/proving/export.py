@@ -154,10 +154,12 @@ def command(
             name, write = loaded.name, partial(exporter.export, loaded)
     with progress(f"exploring {name}", is_quiet=as_json) as show:
 
-        def tell(states: int, transitions: int) -> None:
+        def report_progress(states: int, transitions: int) -> None:
             show(f"exploring {name}: {states:,} states, {transitions:,} transitions")
 
-        wanted = ExportOptions(time == "untimed", silent, max_states, deadline, tell, findings)
+        wanted = ExportOptions(
+            time == "untimed", silent, max_states, deadline, report_progress, findings
+        )
         with export_deadline(deadline), deadline.stage(Stage.EXPLORING):
             found = write(wanted)
     report(findings)

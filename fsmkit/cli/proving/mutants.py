@@ -70,7 +70,7 @@ def command(
     first, *others = subjects
     with progress(f"checking {first.path.name}", is_quiet=as_json) as shown:
 
-        def tell(evaluated: Evaluated) -> None:
+        def store(evaluated: Evaluated) -> None:
             if not as_json:
                 err.print(decided(evaluated), soft_wrap=True)
             kept.keep(evaluated)
@@ -85,7 +85,7 @@ def command(
             deadline=deadline,
             progress=lambda done, wanted, what: shown(f"mutant {done + 1:,} of {wanted:,}: {what}"),
             recall=kept.recall,
-            store=tell,
+            store=store,
         )
     for error in found.failed:
         report(error.diagnostics)

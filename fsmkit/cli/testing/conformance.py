@@ -91,21 +91,21 @@ def run(
     charts: Sequence[Path],
     chosen: Sequence[Harness],
     limit: float,
-    told: Container[Result],
+    shown: Container[Result],
 ) -> tuple[list[Verdict], list[Reading]]:
-    """Run each test and each chart; print a line for the results in ``told``."""
+    """Run each test and each chart; print a line for the results in ``shown``."""
     verdicts: list[Verdict] = []
     readings: list[Reading] = []
     with Progress(console=err.console, transient=True, disable=not err.is_terminal) as progress:
         for case in progress.track(cases, description="tests"):
             for verdict in evaluate(case, chosen, limit):
                 verdicts.append(verdict)
-                if verdict.result in told:
+                if verdict.result in shown:
                     out.print(line(verdict))
         for path in progress.track(charts, description="charts"):
             reading = read_chart(path, path.relative_to(folder).as_posix(), limit)
             readings.append(reading)
-            if reading.result in told:
+            if reading.result in shown:
                 out.print(chart_line(reading))
     return verdicts, readings
 
@@ -139,8 +139,8 @@ def summary(verdicts: Sequence[Verdict], readings: Sequence[Reading]) -> None:
         counted = count([v.result for v in verdicts if v.target == target])
         out.print(f"{target}: {', '.join(f'{n} {name}' for name, n in counted.items())}")
     if readings:
-        told = (f"{n} {name.replace('_', ' ')}" for name, n in totals(readings).items())
-        out.print(f"charts: {', '.join(told)}")
+        counts = (f"{n} {name.replace('_', ' ')}" for name, n in totals(readings).items())
+        out.print(f"charts: {', '.join(counts)}")
         kept = meaning(readings)
         out.print(
             f"meaning kept: {kept.kept} of {kept.files} files; "

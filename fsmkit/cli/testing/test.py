@@ -87,7 +87,7 @@ def command(
     as_json: bool,
     reading: Reading,
 ) -> int:
-    """Run test files, or all that lie below folders.
+    """Run test files, or all test files below folders.
 
     A case uses the script lines of `fsmkit run` and expects states, calls, events and conditions.
     Exit code 1: a case failed, or coverage is below --fail-under.

@@ -65,7 +65,7 @@ def command(what: str | None, is_project: bool, is_schema: bool, as_json: bool) 
 
 
 def _print_project(*, as_json: bool) -> int:
-    """Print the project file of this folder; return 1 if there is none."""
+    """Print the project file of this folder; return 1 if it does not exist."""
     project = project_of(Path.cwd())
     if as_json:
         print_json({"project": None if project is None else str(project.path)})

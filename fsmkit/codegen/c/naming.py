@@ -220,18 +220,18 @@ def _name(
 def _timers(chart: Chart, upper: str, states: tuple[str, ...], constants: Namer) -> dict[int, str]:
     """Return a constant for each timer: by its state and delay, and where it leads, if need be."""
     timed = [t for t in chart.transitions if t.has_timer]
-    begin = f"{upper}_STATE_"
-    wanted = {
-        t.index: f"{upper}_TIMER_{states[t.source].removeprefix(begin)}_"
+    state_prefix = f"{upper}_STATE_"
+    names = {
+        t.index: f"{upper}_TIMER_{states[t.source].removeprefix(state_prefix)}_"
         + (snake(t.delay_name) if t.delay_name else t.trigger.value).upper()
         for t in timed
     }
-    count = Counter(wanted.values())
+    count = Counter(names.values())
     for t in timed:
-        if count[wanted[t.index]] > 1:
-            target = states[t.targets[0]].removeprefix(begin) if t.targets else ""
-            wanted[t.index] += f"_TO_{target}" if target else "_STAYING"
-    return {t.index: constants.name(wanted[t.index]) for t in timed}
+        if count[names[t.index]] > 1:
+            target = states[t.targets[0]].removeprefix(state_prefix) if t.targets else ""
+            names[t.index] += f"_TO_{target}" if target else "_STAYING"
+    return {t.index: constants.name(names[t.index]) for t in timed}
 
 
 def free_of(names: Names, operations: dict[str, str]) -> frozenset[str]:

@@ -355,8 +355,8 @@ class _Source:
         with out.block("{"):
             out.line(f"uint16_t numbers[{count}];")
             out.line(f"uint8_t bytes[FSM_RECORDS_SYNC_BYTES({count}u)];")
-            tells = f"(FSM_TRACE_LEVEL >= 2 ? {TELLS_ALL}u : 0u)"
-            out.line(f"numbers[0] = (uint16_t)({status} | {tells});")
+            detail = f"(FSM_TRACE_LEVEL >= 2 ? {TELLS_ALL}u : 0u)"
+            out.line(f"numbers[0] = (uint16_t)({status} | {detail});")
             out.line(f"numbers[1] = {fault};")
             out.lines(f"numbers[{i}] = {text};" for i, text in enumerate(numbers, start=2))
             out.line(f"fsm_records_sync({self._own}_hash, now, numbers, {count}u, bytes);")

@@ -329,7 +329,7 @@ class ChartPrinter:
             "source": str(transition.source),
             "delay": str(transition.delay),
             **({} if transition.least is None else {"least": str(transition.least)}),
-            **({"patience": str(OPEN_ENDED)} if transition.is_open_ended else {}),
+            **({"slack": str(OPEN_ENDED)} if transition.is_open_ended else {}),
             "isPeriodic": _bool(transition.trigger is Trigger.EVERY),
             **self._others(transition),
             "guard": guard,

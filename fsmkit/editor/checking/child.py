@@ -31,18 +31,18 @@ def main(arguments: list[str]) -> int:
     """Check a file and print the result."""
     path, seconds, size = Path(arguments[0]), float(arguments[1]), int(arguments[2])
 
-    def tell(states: int, transitions: int, depth: int) -> None:
+    def report_progress(states: int, transitions: int, depth: int) -> None:
         say({"progress": {"states": states, "transitions": transitions, "depth": depth}})
 
     options = ExplorationOptions(timeout=seconds, memory=size)
     try:
         _, found = check_file(
-            path, Findings(), options=options, progress=tell, deadline=Deadline(seconds)
+            path, Findings(), options=options, progress=report_progress, deadline=Deadline(seconds)
         )
     except FsmkitError as error:
         say({"error": [as_json(finding) for finding in error.diagnostics]})
         return 1
-    say({"report": told(found)})
+    say({"report": as_data(found)})
     return 0
 
 
@@ -52,7 +52,7 @@ def say(message: Mapping[str, object]) -> None:
     sys.stdout.flush()
 
 
-def told(report: Report) -> Json:
+def as_data(report: Report) -> Json:
     """Return a report as data: each property with its verdict, its place, and its path."""
     explored = report.exploration
     return {

@@ -104,9 +104,9 @@ def _has_place(context: Context, path: Path, name: str) -> bool:
     )
 
 
-def _verdict(uri: str, name: str, told: PropertyVerdict) -> list[types.Command]:
-    title = f"{name}: {told.text}"
-    if told.has_path:
+def _verdict(uri: str, name: str, verdict: PropertyVerdict) -> list[types.Command]:
+    title = f"{name}: {verdict.text}"
+    if verdict.has_path:
         return [
             types.Command(f"{title}: show", command="fsmkit.counterexample", arguments=[uri, name]),
             types.Command("replay", command="fsmkit.replay", arguments=[uri, name]),

@@ -86,7 +86,7 @@ class Renaming:
 
 
 def prepare(context: Context, path: Path, position: types.Position) -> Occurrence:
-    """Return the renamable name at a position; raises `RenameRefused` if there is none."""
+    """Return the renamable name at a position; raises `RenameError` if there is no such name."""
     for occurrence in context.at(path, position):
         if occurrence.symbols and occurrence.role is not Role.MATCH:
             if occurrence.symbol.kind in (SymbolKind.CHART, SymbolKind.SYSTEM):
@@ -100,7 +100,7 @@ def prepare(context: Context, path: Path, position: types.Position) -> Occurrenc
 
 
 def renaming(context: Context, path: Path, position: types.Position, new: str) -> Renaming:
-    """Return the changes for a new name; raises `RenameRefused` if they are impossible."""
+    """Return the changes for a new name; raises `RenameError` if they are impossible."""
     workspace = context.workspace
     here = prepare(context, path, position)
     with workspace.steady():
@@ -162,7 +162,7 @@ def _owners(symbols: Iterable[Symbol]) -> frozenset[Path]:
 
 
 def _require_known(workspace: Workspace, symbols: frozenset[Symbol], old: str) -> None:
-    """Refuse where a file that may mean it does not parse, or names it in an unknown way."""
+    """Raise `RenameError` if a file may use the name where it cannot be found: in broken text."""
     owners = _owners(symbols)
     word = re.compile(rf"(?<![\w.]){re.escape(old)}(?!\w)")
     broken: list[Span] = []

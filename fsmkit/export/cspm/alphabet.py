@@ -131,7 +131,7 @@ class Alphabet:
             yield f"external, while {one} waits"
         for sent in event.sent:
             target = automata[sent.target]
-            verb = "posts to" if target.queues(sent.message) else "tells"
+            verb = "posts to" if target.queues(sent.message) else "sends to"
             yield f"{verb} {target.name}: {target.arrivals[sent.message].text}"
         if event.stops:
             yield "stops"

@@ -296,7 +296,7 @@ class _Writer(Vocabulary):
             out.line()
 
     def _claim(self, name: str, claim: Claim) -> Iterator[str]:
-        """Yield the Buechi automaton of the negation: ``[] !bad`` or ``[] (begins -> <> goal)``."""
+        """Yield the Buechi automaton of the negation: ``[] !bad`` or ``[] (starts -> <> goal)``."""
         condition = infix(conjunction(("started", self.formula(claim.condition))))
         if claim.form is not Form.LEADS_TO:
             if claim.form is Form.REACHED:

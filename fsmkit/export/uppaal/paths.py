@@ -157,7 +157,7 @@ class Paths:
                 return list(found)
 
     def _path(self, key: Key | None, done: snap.Macrostep, fired: TimerStart | None) -> Path:
-        entries = [*self._observed(done), *self._recorder.entries, *self._passed(done)]
+        entries = [*self._observed(done), *self._recorder.entries, *self._sent(done)]
         after = done.after
         fresh = [self._armed(timer) for timer in after.timers if timer.deadline < STANDING]
         standing = {t.what for t in after.timers if t.deadline >= STANDING}
@@ -200,7 +200,7 @@ class Paths:
         fields = self.chart.events[event].fields
         return tuple(self._recorder.payload[number, field.name] for field in fields)
 
-    def _passed(self, done: snap.Macrostep) -> list[Entry]:
+    def _sent(self, done: snap.Macrostep) -> list[Entry]:
         """Return the effect of an expired delayed send."""
         if not isinstance(done.event, snap.Delayed):
             return []

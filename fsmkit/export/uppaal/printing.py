@@ -61,7 +61,7 @@ class Printer(lang.ExprPrinter):
         """Return a constant whose type does not matter."""
         if isinstance(value, str):
             return str(self._symbol(value))
-        assert isinstance(value, int)  # noqa: S101  (scalars; floats were refused)
+        assert isinstance(value, int)  # noqa: S101  (scalars; floats are rejected)
         return str(int(value))
 
     def literal(self, expr: lang.Literal) -> lang.Fragment:

@@ -426,7 +426,7 @@ class Recorder(Chooser):
                 port = self.ports[call.operation]
                 if call.type is not None:
                     return [self._doing((call,), span, lambda _: None)]
-                return [self._doing(call.arguments, span, lambda v: self._tell(port, v))]
+                return [self._doing(call.arguments, span, lambda v: self._record_call(port, v))]
             case stmt.Cancel() | stmt.Fail():
                 return [statement]
             case stmt.Invoke():
@@ -468,7 +468,7 @@ class Recorder(Chooser):
             lang.Variable(IGNORED, INSIDE_TYPE, lang.Storage.DATA, span), value, span
         )
 
-    def _tell(self, port: int, values: tuple[lang.Expr, ...]) -> None:
+    def _record_call(self, port: int, values: tuple[lang.Expr, ...]) -> None:
         if self.is_wired(port):
             self.entries.append(Output(port, values))
 
@@ -506,7 +506,7 @@ class Recorder(Chooser):
                 )
             case _:
                 return self._doing(
-                    statement.arguments, span, lambda values: self._tell(event.index, values)
+                    statement.arguments, span, lambda values: self._record_call(event.index, values)
                 )
 
     def _delaying(self, statement: stmt.Send) -> stmt.Statement:

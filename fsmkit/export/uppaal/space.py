@@ -59,7 +59,7 @@ class Space:
     boot: str = ""
     waits: str = ""
     watches: str = ""
-    patience: str = ""
+    max_pending: str = ""
     pace: Pace | None = None
 
     def __post_init__(self) -> None:
@@ -71,7 +71,7 @@ class Space:
         self.boot = self.names.take("started")
         self.waits = self.names.take("environment_waits")
         self.watches = self.names.take("monitors_wait")
-        self.patience = self.names.take("patient")
+        self.max_pending = self.names.take("patient")
         machines = self.closed.system.machines
         self.instances = [self.names.take(machine.name) for machine in machines]
         for instance in self.instances:
@@ -285,7 +285,7 @@ class Space:
     def has_few_events(self) -> list[str]:
         """Return that few enough events wait for another external one."""
         if len(self.queues) > 1 and not self.flat:
-            return [f"{self.patience}()"]
+            return [f"{self.max_pending}()"]
         return [self._few()] if self.queues else []
 
     def _few(self) -> str:
@@ -302,7 +302,7 @@ class Space:
             if len(lengths) > 1:
                 conditions[name] = " || ".join(f"{length} > 0" for length in lengths)
         if len(self.queues) > 1:
-            conditions[self.patience] = self._few()
+            conditions[self.max_pending] = self._few()
         for name, text in conditions.items():
             yield Function(name, f"bool {name}() {{\n  return {text};\n}}")
 

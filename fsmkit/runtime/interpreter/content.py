@@ -75,7 +75,7 @@ def execute(g: Globals, statement: stmt.Statement) -> None:
                         execute(g, inner)
                     break
         case stmt.ForEach():
-            _for_each(g, statement)
+            _foreach(g, statement)
         case stmt.Local(place, value) if value is not None:
             g.locals[place.name] = lang.evaluate(value, g)
         case stmt.Local() | stmt.Return():
@@ -162,7 +162,7 @@ def deliver(g: Globals, occurrence: snap.Occurrence, how: stmt.Send | snap.Delay
             assert_never(how.destination)
 
 
-def _for_each(
+def _foreach(
     g: Globals, statement: stmt.ForEach[lang.Iterated, lang.Variable, stmt.Statement]
 ) -> None:
     """Iterate over a copy of the array (SCXML 4.6); an error ends the block."""

@@ -33,8 +33,8 @@ def trace_lines(chart: Chart, macrosteps: Iterable[snap.Macrostep]) -> Iterator[
         for effect in macrostep.effects:
             if isinstance(effect, effects.InvokedMacrostep):
                 invocation = chart.invocations[effect.invocation]
-                for told in trace_lines(invocation.chart, (effect.macrostep,)):
-                    yield f"{invocation.id}: {told}"
+                for line_of_child in trace_lines(invocation.chart, (effect.macrostep,)):
+                    yield f"{invocation.id}: {line_of_child}"
                 continue
             line = effect_line(chart, effect)
             if line is not None:

@@ -996,15 +996,15 @@ export class Machine {
     this._budget = this.definition.microsteps - 1;
     this._at = null;
     this._opened(["timeout", index]);
-    const { isPeriodic, delay, patience, others = [] } = this.definition.transitions[index];
+    const { isPeriodic, delay, slack, others = [] } = this.definition.transitions[index];
     if (isPeriodic) this._arm({ transition: index }, delay);
     this._guards.clear();
     const waiting = [index, ...others];
     const taken = waiting.find((each) => this._fault === null && this._test(each));
     if (taken === undefined) {
       const { chance } = this._root();
-      if (patience === undefined) this._tell(["spent", index]);
-      else this._arm({ transition: index }, 1 + (chance === null ? 0 : chance(0, patience)));
+      if (slack === undefined) this._tell(["spent", index]);
+      else this._arm({ transition: index }, 1 + (chance === null ? 0 : chance(0, slack)));
       this._mark();
     } else if (this._fault === null) {
       this._microstep([taken]);

@@ -289,9 +289,9 @@ class _Machine:
         variables = (*self.chart.data, *self.chart.outputs)
         each = zip(variables, here.data, there.data, strict=True)
         return ", ".join(
-            f"`{variable.name}` is {value_text(told)}, not {value_text(own)}"
-            for variable, own, told in each
-            if value_text(own) != value_text(told)
+            f"`{variable.name}` is {value_text(other)}, not {value_text(own)}"
+            for variable, own, other in each
+            if value_text(own) != value_text(other)
         )
 
     # --- records of steps ---------------------------------------------------------------------

@@ -91,11 +91,11 @@ class Reader:
             "unread_bytes": "bytes could not be read",
         }
         losses = self.losses
-        told = "; ".join(f"{losses[name]:,} {what}" for name, what in names.items() if losses[name])
-        if told:
+        lost = "; ".join(f"{losses[name]:,} {what}" for name, what in names.items() if losses[name])
+        if lost:
             findings.add(
                 "lost-records",
-                f"parts of the trace are missing: {told}",
+                f"parts of the trace are missing: {lost}",
                 None,
                 help="give the target a larger ring (FSM_TRACE_SIZE), or read it more often",
             )

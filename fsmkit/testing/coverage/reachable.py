@@ -11,7 +11,7 @@ from fsmkit.diagnostics import Findings, fail
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.testing.coverage.record import ChartCoverage, Item
 from fsmkit.verify.explore import ExplorationOptions, check_file
-from fsmkit.verify.report.figures import count_text
+from fsmkit.verify.report.figures import count_text, quantity
 from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.statespace.exploration import End
 
@@ -105,8 +105,8 @@ def only_reachable(
         guards = len(chart.decisions) - len(decisions)
         if any((*gone, guards)):
             told.append(
-                f"{chart.name}: out of reach are {gone[0]} states, {gone[1]} transitions and "
-                f"{guards} guards: {proof.proof}"
+                f"{chart.name}: out of reach are {quantity(gone[0], 'state')}, "
+                f"{quantity(gone[1], 'transition')} and {quantity(guards, 'guard')}: {proof.proof}"
             )
     return tuple(left), tuple(told)
 

@@ -17,15 +17,15 @@ from fsmkit.runtime.interpreter.trace import effect_line
 from fsmkit.runtime.script import PostDuringCall, SeededHost, read_line, script_texts, wrong_line
 
 
-def _spelling() -> Callable[[object], str]:
-    """Return the function of generated modules that spells values as traces do."""
+def _value_formatter() -> Callable[[object], str]:
+    """Return the function of generated modules that formats values as traces do."""
     space: dict[str, Any] = {}
     exec("\n".join(piece.text for piece in arithmetic(["shown"])), space)  # noqa: S102  (the text is our own)
     found: Callable[[object], str] = space["shown"]
     return found
 
 
-shown = _spelling()
+shown = _value_formatter()
 
 
 class MethodHost(SeededHost):
@@ -98,7 +98,7 @@ class HarnessMachine:
         traced: bool,
         host: Callable[[Member], MethodHost] = MethodHost,
     ) -> None:
-        """Create a machine with its own host; a ``traced`` one fills `told`."""
+        """Create a machine with its own host; a ``traced`` one appends to `told`."""
         self._chart = chart
         self.family = family_of(chart)
         self._host = host(self.family)
@@ -106,9 +106,9 @@ class HarnessMachine:
         self._is_traced = traced
         self._saved = b""
         self.told: list[str] = []
-        self._machine = self._made()
+        self._machine = self._new_machine()
 
-    def _made(self) -> Any:
+    def _new_machine(self) -> Any:
         self._host.machine = machine = self._class(self._host)
         if self._is_traced:
             machine.trace = self.told.append
@@ -172,7 +172,7 @@ class HarnessMachine:
                 self._saved = machine.save()
                 self.told.append(f"saved {self._saved.hex()}")
             case "restore":
-                self._machine = machine = self._made()
+                self._machine = machine = self._new_machine()
                 self._saved = read.data or self._saved
                 try:
                     machine.restore(self._saved, read.number)

@@ -53,5 +53,5 @@ def run_lines(run: Counterexample) -> Iterator[str]:
             continue
         sent = [f"{each.what} -> {each.target}" for each in step.deliveries]
         shown = [line for line in step.lines if line.startswith(("op ", "out ", "fault "))]
-        told = "; ".join(one_line(each) for each in (*shown, *sent))
-        yield f"{step.machine}: {one_line(step.cause)}{f'  [{told}]' if told else ''}"
+        notes = "; ".join(one_line(each) for each in (*shown, *sent))
+        yield f"{step.machine}: {one_line(step.cause)}{f'  [{notes}]' if notes else ''}"

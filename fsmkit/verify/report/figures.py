@@ -24,6 +24,11 @@ def count_text(count: int) -> str:
     return f"{text[0]}.{text[1:]}e{exponent}"
 
 
+def quantity(count: int, noun: str) -> str:
+    """Return a count with its noun, as ``1 timer`` and ``2 timers``."""
+    return f"{count_text(count)} {noun}{'' if count == 1 else 's'}"
+
+
 def count_in_json(count: int) -> int | str:
     """Return a count for JSON: a number, or its decimal digits if it is too long for one."""
     if count < 10**MOST_DIGITS:

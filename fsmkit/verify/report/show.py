@@ -12,7 +12,7 @@ from rich.text import Text
 from fsmkit.language.units import duration_text
 from fsmkit.system.machine import Machine
 from fsmkit.verify.report.counterexample import Counterexample, TraceStep
-from fsmkit.verify.report.figures import count_text
+from fsmkit.verify.report.figures import count_text, quantity
 from fsmkit.verify.report.sequence import sequence
 from fsmkit.verify.report.sequences import terminal
 from fsmkit.verify.report.verdict import Report, Result, Verdict
@@ -52,7 +52,7 @@ def verdicts(report: Report) -> Table:
         word = Text(result.verdict.value.upper(), STYLES[result.verdict])
         claim = result.claim if result.text != result.name else ""
         if result.verdict is Verdict.HOLDS and result.trace is not None:
-            claim += f" (in {len(result.trace.steps)} steps)"
+            claim += f" (in {quantity(len(result.trace.steps), 'step')})"
         if result.reason:
             claim += f": {result.reason}" if claim else result.reason
         table.add_row(word, Text(result.name, "bold"), Text(claim))
@@ -76,18 +76,19 @@ def figures(report: Report) -> Iterator[Text]:
     engine = "generated C" if found.engine == "c" else "interpreter, in Python"
     engine += f", {found.cores} cores" if found.cores > 1 else ""
     engine += f", {found.traffic.ranks} ranks" if found.traffic is not None else ""
-    states = f"{found.states:,} states"
+    states = quantity(found.states, "state")
     if report.closed.zones:
-        states = f"{found.states:,} states ({found.zones:,} zones)"
+        states += f" ({quantity(found.zones, 'zone')})"
     yield Text(
-        f"{whole} {states}, {found.transitions:,} transitions, depth {found.depth}; "
+        f"{whole} {states}, {quantity(found.transitions, 'transition')}, depth {found.depth}; "
         f"explored in {spent} ({engine})"
     )
-    if found.traffic is not None and found.traffic.told:
+    if found.traffic is not None and found.traffic.forwarded:
         traffic = found.traffic
         yield Text(
-            f"{traffic.told:,} states went to other ranks, in {traffic.sent / traffic.told:.1f} "
-            f"bytes each; {traffic.filtered:,} had gone there recently",
+            f"{traffic.forwarded:,} states went to other ranks, in "
+            f"{traffic.sent / traffic.forwarded:.1f} bytes each; "
+            f"{traffic.filtered:,} had gone there recently",
             "dim",
         )
     if found.table is not None:
@@ -125,8 +126,8 @@ def _bounds(report: Report) -> Iterator[Text]:
 def _bounds_of(machine: Machine, bounds: Figures) -> str:
     capacities = machine.chart.capacities
     return (
-        f"{count_text(bounds.locals)} local states; at most {bounds.queue} of "
-        f"{capacities.queue} events queued, {bounds.timers} timers, "
+        f"{quantity(bounds.locals, 'local state')}; at most {bounds.queue} of "
+        f"{capacities.queue} events queued, {quantity(bounds.timers, 'timer')}, "
         f"{bounds.microsteps} of {capacities.microsteps} microsteps"
     )
 

@@ -44,12 +44,12 @@ class TimeUp(BaseException):
 class Deadline:
     """A number of seconds from an instant on (0: no end), and the time of each stage."""
 
-    def __init__(self, seconds: float = 0, began: float | None = None) -> None:
-        """``began``: the start, by `time.monotonic`; by default now."""
+    def __init__(self, seconds: float = 0, started: float | None = None) -> None:
+        """Start the clock: at ``started``, an instant of `time.monotonic`, or now."""
         self.seconds = seconds
-        self._began = time.monotonic() if began is None else began
+        self._began = time.monotonic() if started is None else started
         self._spent: dict[Stage, float] = {}
-        self._stage: Stage | None = None if began is None else Stage.STARTING
+        self._stage: Stage | None = None if started is None else Stage.STARTING
         self._since = self._began
 
     @property

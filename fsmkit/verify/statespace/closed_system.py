@@ -218,7 +218,7 @@ class ClosedSystem:
 
 
 def is_watchdog(chart: Chart, transition: Transition) -> bool:
-    """Return whether a transition is a watchdog, like all that wait for the same timer."""
+    """Return whether a transition is a watchdog, and so is each that shares its timer."""
     if transition.timer is None:
         return transition.watchdog
     return all(t.watchdog for t in chart.alternatives[transition.timer])

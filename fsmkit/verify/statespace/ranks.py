@@ -44,30 +44,30 @@ class Ranks:
 class Traffic:
     """The messages between ranks.
 
-    ``told``: states sent to another rank; ``filtered``: those not sent because they were recently;
+    ``forwarded``: states sent to another rank; ``filtered``: those sent there recently;
     ``sent``: bytes of messages; ``resident``: bytes of memory of all processes; ``seconds``: of the
     search, without its results.
     """
 
     ranks: int
-    told: int
+    forwarded: int
     filtered: int
     sent: int
     resident: int
     seconds: float
 
 
-def read_traffic(told: Mapping[str, Any] | None) -> Traffic | None:
+def read_traffic(found: Mapping[str, Any] | None) -> Traffic | None:
     """Parse the explorer's output on traffic (``core/mpi/results.c``); None without ranks."""
-    if told is None:
+    if found is None:
         return None
     return Traffic(
-        ranks=told["count"],
-        told=told["told"],
-        filtered=told["filtered"],
-        sent=told["sent"],
-        resident=told["resident"],
-        seconds=told["exploring"],
+        ranks=found["count"],
+        forwarded=found["forwarded"],
+        filtered=found["filtered"],
+        sent=found["sent"],
+        resident=found["resident"],
+        seconds=found["exploring"],
     )
 
 

@@ -42,8 +42,8 @@ class Recorded(HarnessExtension):
 
     _only: Any = None
 
-    def _made(self) -> Any:
-        self._only = self._only or super()._made()
+    def _new_machine(self) -> Any:
+        self._only = self._only or super()._new_machine()
         return self._only
 
     def play(self, script: Sequence[str]) -> bytes:

@@ -30,8 +30,8 @@ class Recorded(HarnessMachine):
 
     _only: Any = None
 
-    def _made(self) -> Any:
-        self._only = self._only or super()._made()
+    def _new_machine(self) -> Any:
+        self._only = self._only or super()._new_machine()
         return self._only
 
     @property

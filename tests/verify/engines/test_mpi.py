@@ -102,7 +102,7 @@ def test_same_as_one_process(untimed: bool) -> None:
     for found in ranks:
         assert seen(found) == seen(alone)
         assert found.traffic is not None
-        assert (found.traffic.told == 0) == (found.traffic.ranks == 1)
+        assert (found.traffic.forwarded == 0) == (found.traffic.ranks == 1)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 3, 4])

@@ -88,7 +88,7 @@ class FormulaPrinter:
             case Notice(device, bit):
                 return notice(self.names, device, bit)
             case Parameter(place):
-                assert self.port is not None  # noqa: S101  (of a binding of what leaves)
+                assert self.port is not None  # noqa: S101  (set for bindings of outputs)
                 machine, port = self.port
                 self.parameters.add(place)
                 part = self.names.parts[machine]

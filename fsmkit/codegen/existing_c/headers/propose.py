@@ -104,8 +104,8 @@ def _constant(name: str, value: int, header: Header, found: Proposal) -> None:
         return
     others = alike(name, header.constants, _name)
     if others:
-        told = " and ".join(f"`{each.name}` is {each.value}" for each in others[:MOST_NAMED])
-        found.remark("constants", f"{name} is {value}, and {told}")
+        values = " and ".join(f"`{each.name}` is {each.value}" for each in others[:MOST_NAMED])
+        found.remark("constants", f"{name} is {value}, and {values}")
 
 
 def _enumeration(type_: lang.EnumType, header: Header, found: Proposal) -> None:
@@ -225,8 +225,8 @@ def _call(
     if fitting:
         found.remark(key, f"{name}: {_either(fitting)} take its arguments")
     elif named:
-        told = " or ".join(f"`{_prototype(each)}`" for each in named[:MOST_NAMED])
-        found.remark(key, f"{name}: {told} has other arguments")
+        prototypes = " or ".join(f"`{_prototype(each)}`" for each in named[:MOST_NAMED])
+        found.remark(key, f"{name}: {prototypes} has other arguments")
     return None
 
 

@@ -331,7 +331,7 @@ static void print_result(const fsm_ranks *self, const totals *all, const sights 
     search.seeks_on = fsm_seek_on;
     printf("{\"result\": {\"outcome\": \"%s\", \"why\": \"%s\", \"states\": %" PRIu64 ", \"expanded\": %" PRIu64
            ", \"transitions\": %" PRIu64 ", \"depth\": %" PRIu32 ", \"bytes\": %" PRIu64 ", \"ranks\": {\"count\": %" PRIu32
-           ", \"told\": %" PRIu64 ", \"filtered\": %" PRIu64 ", \"sent\": %" PRIu64 ", \"resident\": %" PRIu64 ", \"exploring\": %.3f}, ",
+           ", \"forwarded\": %" PRIu64 ", \"filtered\": %" PRIu64 ", \"sent\": %" PRIu64 ", \"resident\": %" PRIu64 ", \"exploring\": %.3f}, ",
            fsm_outcome_name(all->outcome), all->why, all->states, all->expanded, all->transitions, all->depth, all->bytes,
            self->ranks, all->sent_states, all->filtered, all->sent, all->resident, seconds);
     printf("\"marks\": [");
