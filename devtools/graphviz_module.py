@@ -47,15 +47,19 @@ def main(package: Path) -> int:
 
 
 def _imports(script: str) -> dict[str, str]:
-    return dict(re.findall(r"(\w+):(\w+)", _found(IMPORTS, script)))
+    return dict(re.findall(r"(\w+):(\w+)", _first_group(IMPORTS, script)))
 
 
 def _exports(script: str) -> dict[str, str]:
-    own = {"memory": _found(MEMORY, script), "constructors": _found(CONSTRUCTORS, script)}
+    own = {
+        "memory": _first_group(MEMORY, script),
+        "constructors": _first_group(CONSTRUCTORS, script),
+    }
     return {**dict(EXPORT.findall(script)), **own}
 
 
-def _found(pattern: re.Pattern[str], script: str) -> str:
+def _first_group(pattern: re.Pattern[str], script: str) -> str:
+    """Return the first group of a match in the script; exit with a message if none matches."""
     found = pattern.search(script)
     if found is None:
         raise SystemExit(f"the package has another form: nothing matches {pattern.pattern}")

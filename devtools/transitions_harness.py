@@ -36,7 +36,7 @@ class TransitionsHarness:
     name: str = "transitions"
 
     def run(self, chart: Chart, script: Sequence[str]) -> list[str]:
-        """Return the trace."""
+        """Run a script on the generated module, and return its trace."""
         findings = Findings()
         if not check(chart, findings):
             raise FsmkitError(findings)

@@ -92,6 +92,7 @@ class _PublicAPI(ModuleType):
     """The module: importing the package `fsmkit.export` does not hide the function `export`."""
 
     def __setattr__(self, name: str, value: object) -> None:
+        """Set an attribute, unless the import system would replace `export` by the package."""
         if not (name == "export" and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 

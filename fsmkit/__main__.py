@@ -14,6 +14,7 @@ from types import FrameType
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
+    """End the process at a signal that comes before the command line is loaded."""
     del frame
     os._exit(128 + number)  # nothing was started
 

@@ -62,12 +62,13 @@ def plugin_for(kind: type[Kind], path: Path, at: Text | None = None) -> Kind:
 
 @cache
 def _of_kind(kind: type[Any]) -> tuple[Any, ...]:
-    """Return every plug-in of a protocol: to check its members takes longer than to read a file."""
-    return tuple(candidate for candidate in _all() if isinstance(candidate, kind))
+    """Return every plug-in of a protocol; cached, since checking members is slow."""
+    return tuple(candidate for candidate in _every_plugin() if isinstance(candidate, kind))
 
 
 @cache
-def _all() -> tuple[Any, ...]:
+def _every_plugin() -> tuple[Any, ...]:
+    """Return every plug-in of fsmkit and of other packages, by name."""
     return tuple(sorted(_find(), key=lambda found: found.name))
 
 

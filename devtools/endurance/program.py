@@ -51,7 +51,7 @@ def is_plain(type_: Type) -> bool:
 
 @printing
 def program(chart: Chart) -> dict[str, str]:
-    """Return the files of the program, ``main.c`` among them; mind `report_limits`."""
+    """Return the files of the program, with ``main.c``, for a chart within `report_limits`."""
     machine = generate_machine(chart, PREFIX, Options(extras=frozenset({"info"})))
     files = dict(machine.files)
     for name in ("endurance.c", "hooks.h"):

@@ -23,6 +23,7 @@ class Source:
 
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
+        """The offset of the first character of each line."""
         return tuple(accumulate((len(line) + 1 for line in self.text.split("\n")[:-1]), initial=0))
 
     def position(self, offset: int) -> tuple[int, int]:

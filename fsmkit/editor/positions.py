@@ -70,7 +70,7 @@ class Lines:
 
     @property
     def whole(self) -> types.Range:
-        """The range of all."""
+        """The range of the whole file."""
         return self.range(0, len(self.text))
 
 

@@ -29,10 +29,10 @@ WRONG = (ReplayError, LookupError, ValueError)
 
 
 def c_test(course: Course, file: Path) -> str:
-    """Return a program in C that repeats the branch in view on the generated machines.
+    """Return a C program that repeats the current branch on the generated machines.
 
-    ``file``: of the chart or system, compiled for it. Raises `FsmkitError` if no test can express
-    the session, and for charts without such tests.
+    ``file``: the chart or system, which the program compiles. Raises `FsmkitError` if a test
+    cannot express the session or the chart.
     """
     system = course.simulation.system
     path = _Path(course)

@@ -63,6 +63,7 @@ class _Speller:
     plan: Plan
 
     def state(self, index: int) -> str:
+        """Return the id of a state."""
         return self.plan.chart.states[index].id
 
     def transition(self, index: int) -> str:

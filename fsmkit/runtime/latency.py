@@ -130,7 +130,7 @@ def draw_latencies(reports: Sequence[Latency], kind: str) -> bytes:
     try:
         import matplotlib as mpl
     except ImportError as error:
-        raise _missing() from error
+        raise _missing_matplotlib() from error
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
@@ -162,7 +162,7 @@ def _exceedance(report: Latency) -> tuple[list[float], list[float]]:
     return late, share
 
 
-def _missing() -> FsmkitError:
+def _missing_matplotlib() -> FsmkitError:
     return fail(
         "missing-package",
         "Matplotlib is not installed, so there is no picture",

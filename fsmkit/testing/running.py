@@ -111,6 +111,8 @@ class _Answers:
     """Results since the last reset, by operation."""
 
     def function(self, operation: Operation) -> Callable[[tuple[Value, ...]], Value | None]:
+        """Return the operation as a function that answers by the script and records its results."""
+
         def answer(arguments: tuple[Value, ...]) -> Value | None:
             value = self._value(operation, arguments)
             if value is not None:

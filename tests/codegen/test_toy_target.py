@@ -58,10 +58,10 @@ def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(
         importlib.metadata, "entry_points", lambda group: [EntryPoint()] if group else []
     )
-    for cached in (plugins._all, plugins._of_kind):
+    for cached in (plugins._every_plugin, plugins._of_kind):
         cached.cache_clear()
     yield
-    for cached in (plugins._all, plugins._of_kind):
+    for cached in (plugins._every_plugin, plugins._of_kind):
         cached.cache_clear()
 
 

@@ -38,7 +38,7 @@ def dbc_text(nodes: Sequence[str], entries: Iterable[Entry]) -> str:
     every = tuple(entries)
     lines = ['VERSION ""', "", "NS_ :", "", "BS_:", "", f"BU_: {' '.join(names.values())}", ""]
     for entry in every:
-        lines += [*_message(entry.message, names), ""]
+        lines += [*_message_lines(entry.message, names), ""]
     for entry in every:
         lines.append(f'CM_ BO_ {entry.message.frame} "{_text(entry.comment)}";')
     formats = ",".join(f'"{name}"' for name in FORMATS)
@@ -56,7 +56,8 @@ def dbc_text(nodes: Sequence[str], entries: Iterable[Entry]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _message(message: Message, names: dict[str, str]) -> Iterator[str]:
+def _message_lines(message: Message, names: dict[str, str]) -> Iterator[str]:
+    """Yield the line of a message (``BO_``) and those of its signals (``SG_``)."""
     (sender,) = message.senders
     receivers = ",".join(names[name] for name in names if name in message.receivers)
     yield f"BO_ {message.frame} {message.name}: {message.length} {names[sender]}"

@@ -78,8 +78,8 @@ class Gate:
             if is_late or _received(seat.handle) > BYTES * (1 + age):
                 self._put_out(number)
 
-    def know(self, number: int, node: int) -> None:
-        """Assign a connection, by its descriptor, to a node; its former one belongs to nobody."""
+    def assign(self, number: int, node: int) -> None:
+        """Assign the connection with descriptor `number` to a node, in place of its earlier one."""
         for seat in self._seats.values():
             if seat.node == node:
                 seat.node = None

@@ -238,7 +238,7 @@ class ZeroMqLink(Link):
             key_of = self._nodes_by_key.get(str(said.get("User-Id")), -1)
         node = self._known.receive(said.bytes, route, key_of, now)
         if node is not None and self._gate is not None:
-            self._gate.know(int(said.get(zmq.SRCFD)), node)
+            self._gate.assign(int(said.get(zmq.SRCFD)), node)
 
     def _say_hello(self) -> None:
         now = time.monotonic()

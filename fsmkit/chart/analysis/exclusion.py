@@ -201,7 +201,7 @@ def _opposed(chart: Chart, one: Fact, other: Fact) -> bool:
     if isinstance(left, lang.InState) and isinstance(right, lang.InState):
         return left_holds and right_holds and not can_be_together(chart, left.state, right.state)
     first, second = _comparison(left, holds=left_holds), _comparison(right, holds=right_holds)
-    return first is not None and second is not None and _disjoint(first, second)
+    return first is not None and second is not None and _are_disjoint(first, second)
 
 
 Comparison = tuple[lang.Expr, lang.BinaryOp, lang.Literal]
@@ -219,8 +219,8 @@ def _comparison(expr: lang.Expr, *, holds: bool) -> Comparison | None:
     return subject, op if holds else NEGATED[op], constant
 
 
-def _disjoint(first: Comparison, second: Comparison) -> bool:
-    """Whether no value satisfies both comparisons of one subject."""
+def _are_disjoint(first: Comparison, second: Comparison) -> bool:
+    """Return whether no value satisfies both of two comparisons of one subject."""
     (subject, op, bound), (other, other_op, other_bound) = first, second
     if subject != other:
         return False

@@ -117,6 +117,7 @@ def _has_trigger(transition: DocTransition) -> bool:
 
 
 def _describe(transition: DocTransition) -> str:
+    """Return the trigger of a transition for a message, as ``on `go```."""
     match transition.trigger:
         case Trigger.EVENT:
             return "on " + " ".join(f"`{e}`" for e in transition.events)

@@ -134,7 +134,7 @@ def command(
 
 
 def _files(paths: Sequence[Path]) -> Iterator[Path]:
-    """Yield the files of tests among paths, and below those that are folders."""
+    """Yield the given test files, and all test files below the given folders."""
     for path in paths or (Path(),):
         if not path.is_dir():
             if not is_suite(path):

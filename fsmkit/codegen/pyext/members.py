@@ -190,7 +190,7 @@ def _bind(
     pairs = zip(names.invoked, member.invoked, strict=True)
     invoked = tuple(_bind(inside, child, methods, numbers) for inside, child in pairs)
     wanted = methods[member.names.machine]
-    every = (*_operations(names, member), *_events(names, member))
+    every = (*_operations(names, member), *_event_methods(names, member))
     calls = tuple(method for method in every if method.name in wanted)
     return Bound(names, member, numbers.take(len(calls)), calls, invoked)
 
@@ -207,7 +207,8 @@ def _operations(names: Names, member: Member) -> Iterator[Method]:
         )
 
 
-def _events(names: Names, member: Member) -> Iterator[Method]:
+def _event_methods(names: Names, member: Member) -> Iterator[Method]:
+    """Yield a method of the host for each event that the machine sends."""
     for index in sent_events(names.chart):
         event = names.chart.events[index]
         yield Method(

@@ -233,7 +233,7 @@ class ExpressionReader:
             self._visit(argument, text, None)
 
     def event(self, at: Text) -> None:
-        """Report the name of an event."""
+        """Record a use of the event with this name, or an unknown name."""
         symbol = self.names.events.get(at.value)
         if symbol is not None:
             self.use(at, symbol)

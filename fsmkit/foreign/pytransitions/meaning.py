@@ -8,7 +8,7 @@ from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document import document as doc
 from fsmkit.foreign.pytransitions.callbacks import Placement, place
 from fsmkit.foreign.pytransitions.moves import Moves
-from fsmkit.foreign.pytransitions.names import Names, called, names_of
+from fsmkit.foreign.pytransitions.names import Names, called_names, names_of
 from fsmkit.foreign.pytransitions.report import report
 from fsmkit.foreign.pytransitions.spec import Callbacks, Machine, Path, State, Step, milliseconds
 from fsmkit.language.statements.tree import Block, CallOperation
@@ -39,7 +39,9 @@ class _Writer:
         children = tuple(self._state(state) for state in machine.states)
         root = doc.DocState(None, doc.Kind.COMPOUND, whole, initial=initial, children=children)
         conditions = {t.value for s in machine.steps for t in (*s.conditions, *s.unless)}
-        operations = [name for name in dict.fromkeys(called(machine)) if name not in machine.inputs]
+        operations = [
+            name for name in dict.fromkeys(called_names(machine)) if name not in machine.inputs
+        ]
         triggers = {step.trigger.value: step.trigger for step in reversed(machine.steps)}
         return doc.Document(
             machine.source,

@@ -41,13 +41,13 @@ def names_of(moves: Moves) -> Names:
         chart if not chart[0].isdigit() else f"_{chart}",
         states,
         resting,
-        _distinct(dict.fromkeys(called(machine)), lambda name: name, WORDS),
+        _distinct(dict.fromkeys(called_names(machine)), lambda name: name, WORDS),
         _distinct(dict.fromkeys(s.trigger.value for s in machine.steps), lambda name: name, WORDS),
     )
 
 
-def called(machine: Machine) -> Iterable[str]:
-    """Yield the names of all callables, as often as they are named."""
+def called_names(machine: Machine) -> Iterable[str]:
+    """Yield the name of each callable, once for each use."""
     for name in GENERAL:
         yield from (text.value for text in machine.general[name])
     for state in machine.walk():

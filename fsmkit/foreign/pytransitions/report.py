@@ -5,7 +5,7 @@ from __future__ import annotations
 from fsmkit.diagnostics import Findings, Span
 from fsmkit.foreign.pytransitions.callbacks import Placement, before
 from fsmkit.foreign.pytransitions.moves import Moves, is_below
-from fsmkit.foreign.pytransitions.names import called
+from fsmkit.foreign.pytransitions.names import called_names
 from fsmkit.foreign.pytransitions.spec import Callbacks, State, Step, milliseconds
 
 
@@ -230,7 +230,7 @@ class _Reporter:
         """Report unsupported settings of the machine."""
         machine = self._machine
         changes = []
-        if not machine.queued and any(called(machine)):
+        if not machine.queued and any(called_names(machine)):
             changes.append("an event that a callback triggers is taken after the step (`queued`)")
         if not machine.ignores_invalid:
             changes.append("an event without a transition is counted, not an exception")

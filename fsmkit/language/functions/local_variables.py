@@ -133,7 +133,7 @@ def type_loop_head(
             return None
     if item is None:
         return None
-    _check(written, element, length, item, index, findings)
+    _check_loop_variables(written, element, length, item, index, findings)
     return LoopHead(array, item, index, inner)
 
 
@@ -202,7 +202,7 @@ def _variable(text: Text, inner: Scope, outer: Scope, findings: Findings) -> Var
     return None
 
 
-def _check(
+def _check_loop_variables(
     written: ForEach[Text, Text, WrittenStatement],
     element: types.Type,
     length: int,
@@ -210,6 +210,7 @@ def _check(
     index: Variable | None,
     findings: Findings,
 ) -> None:
+    """Report a loop variable whose type does not hold each element or each position."""
     is_range = isinstance(element, types.IntType) and ".." in written.array.value
     holds = item.type == element
     if is_range and isinstance(item.type, types.IntType) and isinstance(element, types.IntType):

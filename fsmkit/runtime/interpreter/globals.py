@@ -88,7 +88,7 @@ class Globals:
         exited: tuple[int, ...] = (),
         entered: tuple[int, ...] = (),
     ) -> None:
-        """Put the effects since the last call into a microstep."""
+        """Append a microstep with the effects since the last call."""
         done = snap.Microstep(event, transitions, exited, entered, tuple(self.effects))
         self.microsteps.append(done)
         self.effects = []

@@ -145,7 +145,11 @@ class EventMap:
             "system": self.system,
             "nodes": list(self.nodes),
             "messages": [
-                {"number": message.number, **self._ends(message), "fields": _fields(message.fields)}
+                {
+                    "number": message.number,
+                    **self._ends(message),
+                    "fields": _fields_as_json(message.fields),
+                }
                 for message in self.messages
             ],
             "levels": [
@@ -235,7 +239,7 @@ class Message:
         }
 
 
-def _fields(fields: tuple[lang.Field, ...]) -> list[dict[str, Any]]:
+def _fields_as_json(fields: tuple[lang.Field, ...]) -> list[dict[str, Any]]:
     return [{"name": part.name, "type": type_as_json(part.type)} for part in fields]
 
 

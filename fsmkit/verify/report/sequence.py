@@ -235,7 +235,7 @@ def _channels(system: System) -> dict[int, _Channel]:
 
 
 def _renamed(text: str, event: str) -> str:
-    """Return the message of a connection, under the name of the received event."""
+    """Return the text of a message with the name of the event as which it is received."""
     _, bracket, rest = text.partition("(")
     return f"{event}{bracket}{rest}"
 

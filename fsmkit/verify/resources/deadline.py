@@ -117,6 +117,7 @@ class Deadline:
                 return self._run_watched(work)
 
     def _run_watched(self, work: Callable[[], Made]) -> Made:
+        """Run `work` under a watch that raises `TimeUp` once, and return its result."""
         watch = _Watch(self.left)
         try:
             try:

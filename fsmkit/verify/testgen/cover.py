@@ -274,6 +274,7 @@ def named_paths(cover: Cover) -> Mapping[str, tuple[str, Counterexample]]:
 
 
 def _count(items: frozenset[Item], machine: int, is_state: object) -> int:
+    """Return the number of states (or transitions) of a machine among items."""
     return sum(item.machine == machine and item.is_state is is_state for item in items)
 
 

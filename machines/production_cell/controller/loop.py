@@ -83,6 +83,7 @@ class CellFeeder(Feeder):
         self.cell.start_when_ready()
 
     def send_has_fault(self, code: int) -> None:
+        """Log the fault of the feeder, and stop the cell."""
         self.cell.say("feeder", f"!has_fault {code}")
         self.cell.trip()
 
@@ -145,6 +146,7 @@ class CellMolder(Molder):
         self.cell.start_when_ready()
 
     def send_has_fault(self, code: int) -> None:
+        """Log the fault of the feeder, and stop the cell."""
         self.cell.say("molder", f"!has_fault {code}")
         self.cell.trip()
 

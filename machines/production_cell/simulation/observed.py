@@ -163,7 +163,7 @@ class Observed:
         return (rows - before >= limit).astype(np.int32)
 
     def _requested(self) -> Column:
-        """Return when the rotator waits for a slot, a pause included."""
+        """Return at which times the rotator waits for a slot, including pauses of the wait."""
         waits = self._states("rotator", "waiting_for_place")
         rows = np.arange(len(waits))
         is_known = ~self._states("rotator", "paused")

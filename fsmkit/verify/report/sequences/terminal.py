@@ -97,7 +97,8 @@ class _Drawer:
             self._time = ""
         return self._lines
 
-    def _line(self) -> Line:
+    def _new_line(self) -> Line:
+        """Append a line that has only the lifelines, and return it."""
         line = Line(self._width)
         for place in self._places:
             line.put(place, "│", "dim")
@@ -112,7 +113,7 @@ class _Drawer:
         self._last_header = len(self._lines)
 
     def _rule(self, heading: str, style: str) -> None:
-        line = self._line()
+        line = self._new_line()
         text = f"── {heading} " if heading else ""
         line.put(0, text + "─" * (self._width - len(text)), style)
 
@@ -137,13 +138,13 @@ class _Drawer:
         if block.entered:
             self._on(lifeline, f"[{', '.join(block.entered)}]", "bold")
         elif not remarks and block.cause is not Cause.OUTSIDE:
-            self._line().put(self._places[lifeline], "┃")
+            self._new_line().put(self._places[lifeline], "┃")
 
     def _on(self, lifeline: int, text: str, style: str) -> None:
         """Write a text on a lifeline, in as many lines as it needs."""
         room = self._room(lifeline)
         for row in textwrap.wrap(text, room, break_on_hyphens=False)[:4]:
-            self._line().put(self._places[lifeline] - len(row) // 2, row, style)
+            self._new_line().put(self._places[lifeline] - len(row) // 2, row, style)
 
     def _room(self, lifeline: int) -> int:
         places = [TIME - 2, *self._places, self._width + 8]
@@ -163,14 +164,14 @@ class _Drawer:
             state = state or f", {arrow.transport.value}"
         text = arrow.text + state
         if first == last:
-            self._line().put(first, f"├─ {text} ─┐ to itself", style)
+            self._new_line().put(first, f"├─ {text} ─┐ to itself", style)
             return
         left, right = min(first, last) + 1, max(first, last) - 1
         room = right - left - 3
         rows = textwrap.wrap(text, max(6, room), break_on_hyphens=False) or [""]
         for row in rows[:-1]:
-            self._line().put((left + right - len(row)) // 2, row, style)
-        line = self._line()
+            self._new_line().put((left + right - len(row)) // 2, row, style)
+        line = self._new_line()
         dash = DASHES[arrow.transport]
         line.put(left, dash * (right - left + 1), style)
         row = f" {rows[-1]} "
