@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Text
@@ -132,12 +133,14 @@ class Content:
         operations: Collects opaque content.
         variables: Variables as written (``me->count``), with their names in the chart.
         special: Is called first for each statement.
+        numbers: Variables, as written, that are true if they are not 0.
 
     """
 
     operations: Operations
     variables: Mapping[str, str] = field(default_factory=dict)
     special: Special = lambda _: None
+    numbers: AbstractSet[str] = frozenset()
 
     def block(self, text: Text) -> Block:
         """Return the statements of a handler."""
@@ -232,7 +235,10 @@ class Content:
         """Return a condition; operands of ``&&``, ``||`` and ``!`` are translated separately."""
         if not found:
             return "true"
-        known = self._known(found)
+        words = [token.text for token in found]
+        if words[-1] in self.numbers and words[:-1] in ([], ["!"]):
+            return f"{self.variables[words[-1]]} {'==' if words[:-1] else '!='} 0"
+        known = None if self._tests_number(found) else self._known(found)
         if known is not None:
             return known
         for operator in ("||", "&&"):
@@ -244,6 +250,13 @@ class Content:
         if found[0].text == "(" and _closing(found, 0) == len(found) - 1:
             return f"({self._condition(text, found[1:-1])})"
         return self.operations.guard(text.part(found[0].start, found[-1].end))
+
+    def _tests_number(self, found: list[Token]) -> bool:
+        """Return whether an operand of ``&&``, ``||`` or ``!`` is a number."""
+        outside = [token.text for token in found if token.text not in ("(", ")")]
+        signs = ("&&", "||", "!", "")
+        around = zip(["", *outside], outside, [*outside[1:], ""], strict=False)
+        return any(a in signs and b in self.numbers and c in signs for a, b, c in around)
 
     def _bracketed(self, text: Text, found: list[Token]) -> str:
         inner = self._condition(text, found)

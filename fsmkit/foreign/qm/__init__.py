@@ -1,0 +1,1 @@
+"""Machines drawn with QM, the modeling tool of the QP frameworks (``.qm``)."""
