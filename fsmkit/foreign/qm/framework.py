@@ -63,7 +63,7 @@ class Periodic:
 
 @dataclass(frozen=True, slots=True)
 class Framework:
-    """What the constructors and the content of a class declare for the framework."""
+    """The time events, constant events and subscriptions of a class."""
 
     timers: Mapping[str, str]
     """The signals of time events, by name."""
@@ -75,7 +75,7 @@ class Framework:
     def first_local(self, text: str) -> int:
         """Return where the first statement with a local variable or a directive starts.
 
-        The length of the text, if there is none.
+        The length of the text if all is read statement by statement.
         """
         if DIRECTIVE.search(_without_comments(text)):
             at = DIRECTIVE.search(text)
@@ -145,10 +145,9 @@ class Framework:
         opaque = None if delay else arguments[0].with_value(operations.delay(arguments[0]))
         sent = event(piece.with_value(signal))
         timer = piece.part(*found.span(1))
-        return (
-            DocCancel(timer, None, piece.span),
-            DocSend(piece.span, event=sent, delay=delay, delay_expr=opaque, id=timer),
-        )
+        send = DocSend(piece.span, event=sent, delay=delay, delay_expr=opaque, id=timer)
+        is_armed = "_rearm" in piece.value  # arming an armed time event is an error in QP
+        return (DocCancel(timer, None, piece.span), send) if is_armed else (send,)
 
     # --- periodic time events ---------------------------------------------------------------------
 

@@ -335,7 +335,7 @@ class _Machine:
     ) -> DocTransition:
         """Return the transition whose action precedes its choices, and then raises an event."""
         is_complete = any(_is_else(_content(choice, "guard")) for choice in choices)
-        if not is_complete and self._is_passed_on(tran):
+        if not is_complete and self._has_outer_transition(tran):
             reject(
                 self.findings,
                 "this transition has an action before its choices, and may still pass the event on",
@@ -347,7 +347,7 @@ class _Machine:
         raised = (*content, Raise(event, (), event.span))
         return DocTransition(Trigger.EVENT, tran.span, events=events, content=raised)
 
-    def _is_passed_on(self, tran: Element) -> bool:
+    def _has_outer_transition(self, tran: Element) -> bool:
         """Return whether an outer state has a transition for a trigger of this one."""
         wanted = {part.value.strip() for part in _parts(tran.get("trig") or tran.text)}
         outer = self.parents.get(self.parents[tran.span.start].span.start)
@@ -402,7 +402,7 @@ class _Machine:
         return found
 
     def _target(self, element: Element) -> Text | None:
-        """Return the name of the state that a target names; None, with a finding, if there is none.
+        """Return the name of the target; None, with a finding, if its path names no state.
 
         None, too, for an element without a target.
         """

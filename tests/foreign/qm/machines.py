@@ -1,4 +1,4 @@
-"""Random models of QM, and a reference of what QP does with them."""
+"""Random models of QM, and a reference implementation of QP's rules for them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Move:
 
 @dataclass
 class Model:
-    """A model: the outermost state stands for the state machine."""
+    """A model: the outermost state represents the state machine."""
 
     top: State
 
