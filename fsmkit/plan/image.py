@@ -27,12 +27,15 @@ Bytes with a valid checksum may describe an impossible machine. Every runtime re
 
 * a value outside its type, a count over its bound, a machine that both runs and is finished, or
   runs with a fault;
-* a running machine with an inactive region in an active parallel state, with an active region in
-  an inactive one, or in a state that must enter its initial state or ends the machine;
-* a machine that runs or has ended without an active state, or has one without being started; a
-  finished machine that is not in a final state of the root; a fault that the chart cannot cause;
+* a started machine with an inactive region in an active parallel state, with an active region in
+  an inactive one, or in a state that must enter its initial state (a fault never interrupts a
+  microstep); a running machine in a state that ends it;
+* a machine that runs or has ended without an active state, or has or recorded one without being
+  started; a finished machine that is not in a final state of the root; a fault that the chart
+  cannot cause;
 * a history with a state that it does not record, or with only some regions of a parallel state;
-* a timer of an inactive state, two of one transition, one before an earlier deadline;
+* a timer of an inactive state, two of one transition, one before an earlier deadline, or 2^31 ticks
+  and more after it;
 * bytes that would be saved differently, such as events of a machine that does not run.
 """
 

@@ -10,9 +10,10 @@ from fsmkit.chart.statements import Destination
 from fsmkit.language import Field, Value
 from fsmkit.language.values import from_python, to_python
 from fsmkit.plan.fingerprint import fingerprint
+from fsmkit.plan.image import image_of
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.snapshot_bytes import damaged, foreign
+from fsmkit.runtime.snapshot_bytes import damaged, foreign, require_possible
 
 __all__ = ["fingerprint", "restore", "save"]
 
@@ -64,7 +65,7 @@ def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
     unread = {h for state in active for h in index_of(chart).forgotten[state]}
     history = ((chart.state_index[name], ids) for name, ids in saved["history"].items())
     invoked = zip(chart.invocations, saved.get("invoked", ()), strict=True)
-    return Snapshot(
+    found = Snapshot(
         configuration=active,
         data=_read(_declared((*chart.data, *chart.outputs)), saved["data"]),
         inputs=_read(_declared(chart.inputs), saved["inputs"]),
@@ -83,6 +84,8 @@ def _restore(chart: Chart, saved: Mapping[str, Any], now: int) -> Snapshot:
             for invocation, child in invoked
         ),
     )
+    require_possible(image_of(chart), found)
+    return found
 
 
 def _ids(chart: Chart, states: frozenset[int]) -> list[str]:

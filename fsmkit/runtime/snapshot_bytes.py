@@ -27,6 +27,9 @@ from fsmkit.plan.image import (
 )
 from fsmkit.runtime.interpreter import Delayed, Occurrence, Snapshot, Timeout, Timer
 
+HALF = 2**31
+"""Deadlines differ by less, in ticks: a clock of 32 bits orders them."""
+
 
 def pack(chart: Chart, snapshot: Snapshot) -> bytes:
     """Return a snapshot as bytes, timers with the time they have left.
@@ -212,15 +215,6 @@ class _Reader:
         status, fault = self._count("B", 3), self._count("B", len(FAULTS) - 1)
         regions = [*image.plan.regions, *(image.plan.regions[r] for _, r in image.histories)]
         numbers = [self._state(region) for region in regions]
-        is_running = bool(status & 1)
-        if status == 3 or (fault and (status or not image.can_stop)):
-            raise ValueError("it has ended, and yet runs or is finished")
-        if bool(status or fault) is not any(numbers[: len(image.plan.regions)]):
-            raise ValueError("it is in no state, or was not started and is in one")
-        if status == 2 and numbers[0] not in image.endings:
-            raise ValueError("it is finished, but in no final state")
-        self._require_legal(numbers, is_running=is_running)
-        self._require_recordable(numbers[len(image.plan.regions) :])
         values = self.values(image.values)
         owned = len(image.chart.data) + len(image.chart.outputs)
         queue = self._events(self._chart.capacities.queue)
@@ -228,8 +222,7 @@ class _Reader:
         timers = self._timers()
         invoked = tuple(self._invoked(inner) for inner in image.inner)
         active, history = configuration_of(image, numbers, was_started=bool(status or fault))
-        self._require_armed(timers, active)
-        return Snapshot(
+        found = Snapshot(
             configuration=active,
             data=values[:owned],
             inputs=values[owned:],
@@ -238,55 +231,13 @@ class _Reader:
             deferred=deferred,
             timers=timers,
             now=self._now,
-            running=is_running,
+            running=bool(status & 1),
             finished=bool(status & 2),
             fault=FAULTS[fault],
             invoked=invoked,
         )
-
-    def _require_legal(self, numbers: Sequence[int], *, is_running: bool) -> None:
-        """Raise `ValueError` for a configuration that no machine has."""
-        image, chart = self._image, self._chart
-        for region, owner in enumerate(image.owners):
-            above = numbers[image.plan.region_of[owner]] if owner else 0
-            is_active = owner in (0, above, *chart.ancestors(above))
-            state = numbers[region]
-            if state and not is_active:
-                raise ValueError(f"region {region} is in a state, but not active")
-            if is_running and is_active and not state:
-                raise ValueError(f"region {region} is in no state")
-            if is_running and state and state not in image.resting:
-                raise ValueError(f"region {region} cannot rest in state {state}")
-
-    def _require_recordable(self, recorded: Sequence[int]) -> None:
-        image = self._image
-        for (history, _), known, state in zip(
-            image.histories, image.recordable, recorded, strict=True
-        ):
-            if state and state not in known:
-                raise ValueError(f"history {history} does not record state {state}")
-        for place, (entry, low, high) in enumerate(image.recorded_below):
-            if entry < 0:
-                own = [h == low for h, _ in image.histories]
-                is_held = any(state for state, mine in zip(recorded, own, strict=True) if mine)
-            else:
-                is_held = low <= recorded[entry] <= high
-            if is_held is not bool(recorded[place]):
-                raise ValueError(f"history {image.histories[place][0]} recorded half of a state")
-
-    def _require_armed(self, timers: Sequence[Timer], active: frozenset[int]) -> None:
-        """Raise `ValueError` for timers that no machine has."""
-        seen: set[int] = set()
-        for earlier, timer in zip([None, *timers], timers, strict=False):
-            if earlier is not None and earlier.deadline > timer.deadline:
-                raise ValueError("timers are not in the order of their deadlines")
-            if isinstance(timer.what, Timeout):
-                transition = timer.what.transition
-                if transition in seen:
-                    raise ValueError(f"transition {transition} has two timers")
-                seen.add(transition)
-                if self._chart.transitions[transition].source not in active:
-                    raise ValueError(f"transition {transition} has a timer, its source is inactive")
+        require_possible(image, found)
+        return found
 
     def _invoked(self, image: Image) -> Snapshot | None:
         if not any(self._data[self.at : self.at + image.size]):
@@ -370,6 +321,97 @@ class _Reader:
                 to, slots = image.routes[route]
                 found.append(Delayed(event, to, image.ids[name], image.peers[peer], slots))
         return iter(found)
+
+
+def require_possible(image: Image, snapshot: Snapshot) -> None:
+    """Raise `ValueError` for a machine that no run reaches; `plan.image` lists the rules.
+
+    Values have their types already. Machines in slots are checked separately.
+    """
+    has_fault = snapshot.fault is not None
+    was_started = snapshot.running or snapshot.finished or has_fault
+    if snapshot.running + snapshot.finished + has_fault > 1:
+        raise ValueError("it runs, is finished or has a fault: only one is possible")
+    if has_fault and not (image.can_stop and fault_number(snapshot.fault)):
+        raise ValueError("no fault can stop it")
+    numbers = numbers_of(image, snapshot)
+    found = configuration_of(image, numbers, was_started=was_started)
+    if found != (snapshot.configuration, snapshot.history):
+        raise ValueError("its states are not those of a machine")
+    if was_started is not any(numbers):
+        raise ValueError("it is in no state, or was not started and was in one")
+    if snapshot.finished and numbers[0] not in image.endings:
+        raise ValueError("it is finished, but in no final state")
+    if was_started:
+        _require_legal(image, numbers, is_running=snapshot.running)
+    _require_recordable(image, numbers[len(image.plan.regions) :])
+    _require_room(image, snapshot)
+    if snapshot.running:
+        _require_armed(image.chart, snapshot)
+
+
+def _require_legal(image: Image, numbers: Sequence[int], *, is_running: bool) -> None:
+    """Raise `ValueError` for a configuration that no started machine has after a macrostep.
+
+    A fault does not interrupt a microstep, so a machine that stopped is in whole states, too.
+    """
+    chart = image.chart
+    resting = image.resting if is_running else image.resting | image.endings
+    for region, owner in enumerate(image.owners):
+        above = numbers[image.plan.region_of[owner]] if owner else 0
+        is_active = owner in (0, above, *chart.ancestors(above))
+        state = numbers[region]
+        if state and not is_active:
+            raise ValueError(f"region {region} is in a state, but not active")
+        if is_active and not state:
+            raise ValueError(f"region {region} is in no state")
+        if state and state not in resting:
+            raise ValueError(f"region {region} cannot rest in state {state}")
+
+
+def _require_recordable(image: Image, recorded: Sequence[int]) -> None:
+    """Raise `ValueError` for records of histories that no machine has."""
+    for (history, _), known, state in zip(image.histories, image.recordable, recorded, strict=True):
+        if state and state not in known:
+            raise ValueError(f"history {history} does not record state {state}")
+    for place, (entry, low, high) in enumerate(image.recorded_below):
+        if entry < 0:
+            own = [h == low for h, _ in image.histories]
+            is_held = any(state for state, mine in zip(recorded, own, strict=True) if mine)
+        else:
+            is_held = low <= recorded[entry] <= high
+        if is_held is not bool(recorded[place]):
+            raise ValueError(f"history {image.histories[place][0]} recorded half of a state")
+
+
+def _require_room(image: Image, snapshot: Snapshot) -> None:
+    """Raise `ValueError` for more events or timers than the machine can hold."""
+    sends = sum(isinstance(timer.what, Delayed) for timer in snapshot.timers)
+    for what, count, most in (
+        ("events", len(snapshot.queue), image.chart.capacities.queue),
+        ("deferred events", len(snapshot.deferred), image.deferred),
+        ("timers", len(snapshot.timers), image.timers),
+        ("delayed sends", sends, image.delayed),
+    ):
+        if count > most:
+            raise ValueError(f"{count} {what} are over {most}")
+
+
+def _require_armed(chart: Chart, snapshot: Snapshot) -> None:
+    """Raise `ValueError` for timers that no running machine has."""
+    seen: set[int] = set()
+    for earlier, timer in zip([None, *snapshot.timers], snapshot.timers, strict=False):
+        if earlier is not None and not 0 <= timer.deadline - earlier.deadline < HALF:
+            raise ValueError("timers are not in the order of their deadlines")
+        if not -HALF <= timer.deadline - snapshot.now < HALF:
+            raise ValueError("a deadline is too far away")
+        if isinstance(timer.what, Timeout):
+            transition = chart.transitions[timer.what.transition]
+            if transition.index in seen:
+                raise ValueError(f"transition {transition.index} has two timers")
+            seen.add(transition.index)
+            if not transition.has_timer or transition.source not in snapshot.configuration:
+                raise ValueError(f"transition {transition.index} has no timer in these states")
 
 
 def numbers_of(image: Image, snapshot: Snapshot) -> list[int]:

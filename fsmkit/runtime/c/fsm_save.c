@@ -219,16 +219,17 @@ static bool is_saved_active(const fsm_machine_info *info, const uint8_t *numbers
     return state == 0u || (number >= state && number <= of->last);
 }
 
-/* Return whether a state can be the deepest of its region while the machine runs. */
-static bool can_rest(const fsm_machine_info *info, uint32_t state)
+/* Return whether a state can be the deepest of its region after a macrostep: the machine runs on in
+ * all but the final states of the root. */
+static bool can_rest(const fsm_machine_info *info, uint32_t state, bool is_running)
 {
     const fsm_state_info *of = &info->states[state];
     return of->kind == FSM_ATOMIC || of->kind == FSM_PARALLEL
-           || (of->kind == FSM_FINAL && of->parent != 0u);
+           || (of->kind == FSM_FINAL && (of->parent != 0u || !is_running));
 }
 
-/* Return whether exactly the active regions have states; in a running machine, states in which they
- * can rest. The first state of a region, by number, is its uppermost. */
+/* Return whether exactly the active regions of a started machine have states, in which they can rest.
+ * A fault does not interrupt a microstep. The first state of a region, by number, is its uppermost. */
 static bool is_legal(const fsm_machine_info *info, const uint8_t *numbers, bool is_running)
 {
     uint32_t left = info->region_count;
@@ -242,8 +243,7 @@ static bool is_legal(const fsm_machine_info *info, const uint8_t *numbers, bool 
         }
         const uint32_t number = saved_number(numbers, of->region);
         const bool is_active = is_saved_active(info, numbers, parent);
-        if ((number != 0u && !is_active)
-            || (is_running && (number == 0u ? is_active : !can_rest(info, number)))) {
+        if (number == 0u ? is_active : !is_active || !can_rest(info, number, is_running)) {
             return false;
         }
         left--;
@@ -282,13 +282,13 @@ static bool is_whole(const fsm_machine_info *info, const uint8_t *numbers, uint3
     return is_held == (saved_number(numbers, place) != 0u);
 }
 
-/* Whether a machine has that status in these states. */
+/* Return whether a machine has that status in these states. One that was not started recorded none. */
 static bool has_status(const fsm_machine_info *info, const uint8_t *numbers, uint32_t status,
                        uint32_t fault)
 {
     const uint32_t first = saved_number(numbers, 0u);
     bool is_somewhere = false;
-    for (uint32_t i = 0u; i < info->region_count; i++) {
+    for (uint32_t i = 0u; i < info->number_count; i++) {
         is_somewhere = is_somewhere || saved_number(numbers, i) != 0u;
     }
     if (status == 2u && (info->states[first].kind != FSM_FINAL || info->states[first].parent != 0u)) {
@@ -309,7 +309,7 @@ static bool is_recordable(const fsm_machine_info *info, const fsm_number *number
         above = info->states[above].parent;
     }
     return above == parent
-           && (info->states[state].kind == FSM_FINAL || can_rest(info, state));
+           && can_rest(info, state, false);
 }
 
 /* ---- what waits ---------------------------------------------------------------------------------- */
@@ -344,10 +344,14 @@ static bool is_known(const fsm_machine_info *info, const uint8_t *numbers, uint3
     return false;
 }
 
-/* Whether a timer has its place behind those before it, and is the only one of its transition. */
-static bool is_in_order(const fsm_timer *timers, uint32_t i)
+/* Return whether a timer does not expire before the one ahead of it, nor so much later that their
+ * order depends on the clock, and is the only one of its transition. */
+static bool is_in_order(const fsm_timer *timers, uint32_t i, uint32_t now)
 {
-    if (i > 0u && timers[i].deadline - timers[i - 1u].deadline > UINT32_MAX / 2u) {
+    const uint32_t half = UINT32_MAX / 2u + 1u; /* turns two's complement into ascending numbers */
+    if (i > 0u
+        && (timers[i].deadline - timers[i - 1u].deadline >= half
+            || timers[i].deadline - now + half < timers[i - 1u].deadline - now + half)) {
         return false;
     }
     for (uint32_t k = 0u; k < i && timers[i].what != FSM_TIMER_SEND; k++) {
@@ -380,7 +384,7 @@ static void get_timers(fsm_reader *r, const fsm_machine_info *info, void *m, uin
         }
         timers[i].deadline = now + left;
         timers[i].what = what;
-        if (!is_known(info, numbers, what) || !is_in_order(timers, i)) {
+        if (!is_known(info, numbers, what) || !is_in_order(timers, i, now)) {
             r->sound = false;
         }
     }
@@ -478,7 +482,7 @@ static void get_machine(fsm_reader *r, const fsm_machine_info *info, void *m, ui
         fsm_take_value(r, info, info->variables[i].type, value);
     }
     r->sound = r->sound && has_status(info, numbers, status, fault)
-               && is_legal(info, numbers, status == 1u);
+               && ((status == 0u && fault == 0u) || is_legal(info, numbers, status == 1u));
     for (uint32_t i = info->region_count; r->sound && i < info->number_count; i++) {
         r->sound = is_whole(info, numbers, i);
     }

@@ -70,15 +70,15 @@ function forget(machine, now) {
   machine._running = false;
 }
 
-/** Throws where a machine is never in such states. */
+/** Throws where a started machine is never in such states after a macrostep. */
 function requireLegal(numbers, image, states, isRunning) {
   numbers.forEach((state, place) => {
     const [region, owner] = image.owners[place];
     let above = numbers[region];
     while (above > owner) above = states[above].parent;
     const isActive = above === owner;
-    const rests = state ? image.resting.includes(state) : !isActive;
-    if ((state && !isActive) || (isRunning && !rests)) {
+    const rests = image.resting.includes(state) || (!isRunning && image.endings.includes(state));
+    if (isActive === (state === 0) || (state && !rests)) {
       throw new RangeError(`the saved machine is damaged: region ${place} is never in state ${state} there`);
     }
   });
@@ -220,16 +220,16 @@ class Reader {
     const status = this.count("B", 2), fault = this.count("B", FAULTS.length - 1);
     if (fault && (status || !image.canStop)) throw new RangeError("the saved machine is damaged: it has stopped, and yet runs or is finished");
     const numbers = image.regions.map((region) => this.state(region));
+    const recorded = image.recorded.map(([, region]) => this.state(image.regions[region]));
     const hasEnded = status === 2 && !image.endings.includes(numbers[0]);
-    if (hasEnded || (status !== 0 || fault !== 0) !== numbers.some((state) => state)) {
+    if (hasEnded || (status !== 0 || fault !== 0) !== [...numbers, ...recorded].some((state) => state)) {
       throw new RangeError("the saved machine is damaged: it is in no such state when it has that status");
     }
-    requireLegal(numbers, image, states, status === 1);
+    if (status || fault) requireLegal(numbers, image, states, status === 1);
     for (const number of numbers) {
       for (let state = number; state > 0; state = states[state].parent) machine._active[state] = true;
     }
     const held = new Map();
-    const recorded = image.recorded.map(([, region]) => this.state(image.regions[region]));
     requireRecorded(recorded, image);
     for (const [place, [history]] of image.recorded.entries()) {
       const state = recorded[place];
@@ -303,7 +303,8 @@ class Reader {
     const armed = new Set();
     return pairs.map(([left, what], place) => {
       const due = (now + left) >>> 0;
-      if (place > 0 && (left | 0) < (pairs[place - 1][0] | 0)) {
+      const after = place > 0 ? (left | 0) - (pairs[place - 1][0] | 0) : 0;
+      if (after < 0 || after >= 2 ** 31) {
         throw new RangeError("the saved machine is damaged: its timers are in another order");
       }
       if (what !== SEND) {

@@ -175,15 +175,16 @@ class Saving(Imaging):
         if fault and (status or not self._CAN_STOP):
             raise ValueError(f"{self.NAME} has stopped, and yet runs or is finished")
         numbers = [self._take_state(read, states) for states in self._REGIONS]
+        recorded = [self._take_state(read, self._REGIONS[each[0]]) for each in self._RECORDED]
         is_ended = status == 2 and not self._ENDINGS >> numbers[0] & 1
-        if is_ended or (status != 0 or fault != 0) is not any(numbers):
+        if is_ended or (status != 0 or fault != 0) is not any((*numbers, *recorded)):
             raise ValueError(f"{self.NAME} is in no such state when it has that status")
-        self._require_legal(numbers, is_running=status == 1)
+        if status or fault:
+            self._require_legal(numbers, is_running=status == 1)
         active = 1
         for state in numbers:
             active |= self._ABOVE[state]
         self._active = active
-        recorded = [self._take_state(read, self._REGIONS[each[0]]) for each in self._RECORDED]
         self._require_recorded(recorded)
         for place, (_, _, kept, is_whole) in enumerate(self._RECORDED):
             if state := recorded[place]:
@@ -221,11 +222,11 @@ class Saving(Imaging):
         self._fault = self._FAULTS[fault] or None
 
     def _require_legal(self, numbers: list[int], *, is_running: bool) -> None:
-        """Raise ValueError for states in which no machine is."""
+        """Raise ValueError for states in which no started machine is after a macrostep."""
+        resting = self._RESTING if is_running else self._RESTING | self._ENDINGS
         for (region, owner), state in zip(self._OWNERS, numbers, strict=True):
             is_active = self._ABOVE[numbers[region]] & owner != 0
-            rests = self._RESTING >> state & 1 == 1 if state else not is_active
-            if (state and not is_active) or (is_running and not rests):
+            if is_active is (state == 0) or (state and not resting >> state & 1):
                 raise ValueError(f"{self.NAME} is never in such states")
 
     def _require_recorded(self, recorded: list[int]) -> None:
@@ -238,16 +239,19 @@ class Saving(Imaging):
 
     def _get_timers(self, read: Iterator[int], now: int) -> None:
         count = self._get_count(read, self._ARMED, "timers")
+        earlier = None
         for i in range(count):
-            self._timer_due[i] = (self._take(read, "I", 0, CLOCK) + now) & CLOCK
+            left = self._take(read, "i", None, None)
+            self._timer_due[i] = (left + now) & CLOCK
             self._timer_what[i] = what = self._take(read, "H", 0, 0x8000)
             self._timer_mark[i], self._timer_route[i], self._timer_peer[i] = -1, 0, None
             if what != 0x8000 and not self._TIMED.get(what, 0) & self._active:
                 raise ValueError(f"{self.NAME} has no timer {what} in these states")
             if what != 0x8000 and what in self._timer_what[:i]:
                 raise ValueError(f"{self.NAME} has two timers {what}")
-            if i > 0 and (self._timer_due[i] - self._timer_due[i - 1]) & CLOCK > CLOCK // 2:
+            if earlier is not None and not 0 <= left - earlier <= CLOCK // 2:
                 raise ValueError(f"{self.NAME} has timers in another order")
+            earlier = left
         self._timer_count = count
         self._skip(read, (self._ARMED - count) * 6)
         for i in range(count):
