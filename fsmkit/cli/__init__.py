@@ -87,24 +87,16 @@ class Verbs(click.Group):
         return super().resolve_command(ctx, args)
 
 
-EPILOG = """\b
-Examples:
-  fsmkit check machine.yaml
-  fsmkit compile machine.scxml --out generated
-  fsmkit check --help
-"""
-
-
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-@click.group(cls=Verbs, context_settings=SETTINGS, epilog=EPILOG)
+@click.group(cls=Verbs, context_settings=SETTINGS)
 @click.version_option(fsmkit.__version__, package_name="fsmkit", help="Print the version.")
 def cli() -> None:
     """Statecharts for control engineers: write, run, prove, compile, test and deploy them.
 
-    Exit codes: 0 success; 1 findings, or a violated or undecided property; 2 wrong usage; 3 an
-    internal error.
+    `fsmkit VERB --help` explains a verb. Exit codes: 0 success; 1 findings, or a violated or
+    undecided property; 2 wrong usage; 3 an internal error.
     """
 
 

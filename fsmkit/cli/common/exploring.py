@@ -60,7 +60,7 @@ def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
         type=OneOf("kind of time", TIMES),
         default="zones",
         show_default=True,
-        help="Choose dense time, ticks, or timers in any order.",
+        help="Choose dense time, ticks, or no time.",
     )
     @click.option(
         "--max-pending",
@@ -75,7 +75,7 @@ def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
         type=OneOf("search", SEARCHES),
         default=Search.AUTO.value,
         show_default=True,
-        help="Keep states one by one, or in a decision diagram.",
+        help="Store single states or a decision diagram.",
     )
     @click.option(
         "--engine",
@@ -87,7 +87,7 @@ def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
         type=OneOf("storage", [storage.value for storage in Storage]),
         default=Storage.EXACT.value,
         show_default=True,
-        help="Keep whole states, or hashes (may miss some).",
+        help="Store states whole, or as hashes (lossy).",
     )
     @click.option(
         "--memory", callback=read_size, default="4G", show_default=True, help="Use at most this."
@@ -97,7 +97,7 @@ def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
         type=click.IntRange(1, 64),
         default=1,
         show_default=True,
-        help="Use this many cores for large state spaces.",
+        help="Use this many cores.",
     )
     @click.option(
         "--order",
@@ -110,13 +110,13 @@ def exploring_options(body: Callable[..., int]) -> Callable[..., int]:
         "without",
         multiple=True,
         type=OneOf("reduction", REDUCTIONS),
-        help="Switch this reduction off; verdicts stay the same; repeatable.",
+        help="Disable this reduction (same verdicts); repeatable.",
     )
     @click.option(
         "--mpi",
         type=click.IntRange(1, MOST_RANKS),
         metavar="N",
-        help="Explore in N processes by MPI, each with its own --memory.",
+        help="Explore in N MPI processes of --memory each.",
     )
     @click.option(
         "--hostfile",

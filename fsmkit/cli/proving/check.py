@@ -66,7 +66,7 @@ Examples:
     "checkpoints",
     type=click.Path(path_type=Path, file_okay=False),
     metavar="FOLDER",
-    help="Keep checkpoints in this folder and continue from them (--mpi).",
+    help="Keep checkpoints here, and continue from them (--mpi).",
 )
 @click.option(
     "--checkpoint-every",
@@ -74,7 +74,7 @@ Examples:
     default=16,
     show_default=True,
     metavar="LAYERS",
-    help="Write a checkpoint after this many layers.",
+    help="Write a checkpoint every so many layers.",
 )
 @path_option(
     "--save-trace",
