@@ -206,14 +206,15 @@ def unreadable(text: str, framework: Framework) -> str | None:
 
 
 def duration(ticks: Text) -> Text | None:
-    """Return a number of ticks as a duration in milliseconds; None if it is no constant."""
+    """Return a number of ticks as a duration; None unless it is a constant number of seconds."""
     found = [token.text for token in tokens(_without_spaces(ticks.value))]
     if SECOND not in found or len(found) > 20:
         return None
     value, rest = _product(found)
     if rest or value is None or value <= 0 or (value * 1000).denominator != 1:
         return None
-    return ticks.with_value(f"{int(value * 1000)}ms")
+    is_whole = value.denominator == 1
+    return ticks.with_value(f"{int(value)}s" if is_whole else f"{int(value * 1000)}ms")
 
 
 def _product(found: list[str]) -> tuple[Fraction | None, list[str]]:

@@ -79,7 +79,7 @@ def test_a_machine_is_read() -> None:
         ("QTimeEvt_armX(&me->timer, BSP_TICKS_PER_SEC/2U, 0U);", "QTimeEvt_disarm(&me->timer);",
          ["entry: send TIMEOUT as timer after 500ms", "exit: cancel timer"]),
         ("QTimeEvt_armX(&me->timer, BSP_TICKS_PER_SEC*3U, BSP_TICKS_PER_SEC*3U);",
-         "(void)QTimeEvt_disarm(&me->timer);", ["3000ms: {do: send TIMEOUT}"]),
+         "(void)QTimeEvt_disarm(&me->timer);", ["3s: {do: send TIMEOUT}"]),
         ("QTimeEvt_armX(&me->timer, wait_time(), 0U);", "QTimeEvt_disarm(&me->timer);",
          ["entry: send TIMEOUT as timer after (wait_time())"]),
         ("static QEvt const e = QEVT_INITIALIZER(PRESS_SIG);\nQACTIVE_POST(&me->super, &e, me);",
@@ -104,7 +104,7 @@ def test_a_time_event_for_ever_needs_a_state_around_all() -> None:
     inside = '<state name="off"><tran trig="TIMEOUT" target="../../2"/></state><state name="on"/>'
     found = written(model(inside, initial=f"<action>{arm}</action>"))
     assert "initial: active" in found
-    assert "1000ms: {do: send TIMEOUT}" in found
+    assert "1s: {do: send TIMEOUT}" in found
 
 
 @pytest.mark.parametrize(
