@@ -20,6 +20,7 @@ PAGES = (
     pytest.param("tutorial/existing-driver", 14, "cc cmake libclang", marks=EXTERNAL),
     pytest.param("how-to/existing-c", 10, "cc libclang"),
     pytest.param("how-to/import-qm", 6, "cc"),
+    pytest.param("how-to/import-statesmith", 4, "cc"),
     pytest.param("how-to/simulate", 2, ""),
     pytest.param("reference/javascript", 2, "node", marks=EXTERNAL),
     pytest.param("reference/transitions", 6, ""),

@@ -39,7 +39,7 @@ def command(as_json: bool) -> int:
     lines = [
         *(("compile --target", t.name, t.summary) for t in targets),
         *(("convert --to", n.name, f"charts in {_list(n.suffixes)}") for n in notations),
-        *(("reads", r.name, f"configurations in {_list(r.suffixes)}") for r in read_only),
+        *(("reads", r.name, f"machines in {_list(r.suffixes)}") for r in read_only),
         *(("draw --out", d.name, f"diagrams in {_list(d.suffixes)}") for d in drawings),
     ]
     for each, name, summary in lines:

@@ -1,0 +1,1 @@
+"""Diagrams of StateSmith: PlantUML, draw.io and yEd."""
