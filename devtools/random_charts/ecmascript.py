@@ -26,6 +26,7 @@ from devtools.random_charts.ecmascript_content import (
     WORDS,
     Message,
     Script,
+    is_below,
     tag,
 )
 from devtools.random_charts.tree import HISTORIES, Grower, Node
@@ -185,7 +186,8 @@ class _Writer:
         return tag("transition", content, event=events, cond=guard, target=target, type=internal)
 
     def _eventless(self, target: str | None, internal: str | None) -> str:
-        guard = f"({self.plain.test()}) && {TURNS} < {self.choices.integer(1, MOST_TURNS)}"
+        guard = f"({self.plain.test()}) && "
+        guard += is_below(TURNS, self.choices.integer(1, MOST_TURNS))
         content = tag("assign", location=TURNS, expr=f"{TURNS} + 1") + self._perhaps_content()
         return tag("transition", content, cond=guard, target=target, type=internal)
 

@@ -55,6 +55,15 @@ MESSAGES = (
 )
 
 
+def is_below(counter: str, most: int) -> str:
+    """Return the condition that a counter allows another turn.
+
+    All numbers of this data model are `int32`. A damaged snapshot may hold a counter far below
+    zero, and the machine would then send itself events without an end that a test can wait for.
+    """
+    return f"0 <= {counter} && {counter} < {most}"
+
+
 def tag(element: str, body: str = "", /, **attributes: str | None) -> str:
     """Return an element without attributes that are None; a trailing `_` of names is removed."""
     given = "".join(
@@ -277,7 +286,7 @@ class Script:
 
     def _counted(self, counter: str, most: int, statement: str) -> str:
         count = tag("assign", location=counter, expr=f"{counter} + 1")
-        return tag("if", count + statement, cond=f"{counter} < {most}")
+        return tag("if", count + statement, cond=is_below(counter, most))
 
     def _raised(self) -> str:
         if self.choices.chance(50):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import random
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from devtools.differential import Case, compare_all, random_case
 from devtools.runtimes import harness
 from fsmkit.plan.image import head, sealed
 from fsmkit.runtime import interpreter
-from fsmkit.runtime.snapshot_bytes import pack
+from fsmkit.runtime.snapshot_bytes import pack, unpack
 from fsmkit.testing.harness import c as c_harness
 from fsmkit.testing.harness.harness import INTERPRETER
 
@@ -76,6 +77,20 @@ def test_machines_whose_timers_are_long_overdue_are_not_drawn() -> None:
     drawn = [bytes.fromhex(lines[0].split()[2]) for lines in scripts]
     assert len(drawn) == 1_000
     assert not any(snapshots.is_overdue(case.chart, data) for data in drawn)
+
+
+@pytest.mark.slow
+def test_a_damaged_counter_does_not_let_a_random_chart_send_without_end() -> None:
+    """The counter of sends of this chart is an `int32`, which a snapshot may hold far below 0."""
+    case = random_case(105, 9, is_saved=True)
+    found = unpack(case.chart, snapshots.snapshots(case)[0], snapshots.NOW)
+    sent = [data.name for data in case.chart.data].index("sent")
+    data = (*found.data[:sent], -(2**24), *found.data[sent + 1 :])
+    restored = f"restore {snapshots.NOW} {pack(case.chart, replace(found, data=data)).hex()}"
+    events = [line for line in case.script if line.startswith("post ")]
+    trace = INTERPRETER.run(case.chart, (restored, *events[:4], "run 105", "run 3000"))
+    assert "not restored" not in trace
+    assert len(trace) < 10_000
 
 
 def saved_on() -> tuple[fsmkit.Session, bytearray]:
