@@ -165,6 +165,16 @@ class Image:
         )
 
     @cached_property
+    def value_scalars(self) -> tuple[lang.Type, ...]:
+        """The scalar parts of the data, outputs and inputs."""
+        return tuple(part for each in self.values for part in scalars(each.type))
+
+    @cached_property
+    def value_codes(self) -> str:
+        """The `struct` codes of `value_scalars`."""
+        return codes(self.values)
+
+    @cached_property
     def payload(self) -> int:
         """The bytes of the longest payload."""
         return max((size_of(codes(event.fields)) for event in self.chart.events), default=0)

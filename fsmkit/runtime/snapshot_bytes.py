@@ -36,9 +36,14 @@ def pack(chart: Chart, snapshot: Snapshot) -> bytes:
 
     `FsmkitError` for a symbol that the chart does not mention: there is no number for it.
     """
-    writer = _Writer(image_of(chart))
+    return sealed(head(chart) + pack_machine(image_of(chart), snapshot))
+
+
+def pack_machine(image: Image, snapshot: Snapshot) -> bytes:
+    """Return the bytes of a machine without header and checksum, for a layout that is kept."""
+    writer = _Writer(image)
     writer.machine(snapshot, snapshot.now)
-    return sealed(head(chart) + bytes(writer.data))
+    return bytes(writer.data)
 
 
 def unpack(chart: Chart, data: bytes, now: int) -> Snapshot:
@@ -116,7 +121,9 @@ class _Writer:
         self._put("BB", snapshot.running + 2 * snapshot.finished, fault)
         for number in numbers_of(image, snapshot):
             self._put("H", number)
-        self.values(image.values, (*snapshot.data, *snapshot.inputs))
+        parts = flat((*snapshot.data, *snapshot.inputs))
+        types = image.value_scalars
+        self._put(image.value_codes, *map(self._number, types, parts))
         if snapshot.running:
             self._events(snapshot.queue, self._chart.capacities.queue)
             if image.deferred:

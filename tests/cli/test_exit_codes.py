@@ -39,6 +39,7 @@ FINE: dict[str, list[str]] = {
 """Arguments with which nothing is wrong; of the other verbs only ``--help`` is, without tools."""
 BROKEN: dict[str, list[str]] = {
     "bind": ["none.h", "--chart", "gate.yaml"],
+    "certify": ["broken.yaml"],
     "check": ["broken.yaml"],
     "compile": ["broken.yaml"],
     "convert": ["broken.yaml", "--to", "scxml"],
@@ -65,6 +66,7 @@ BROKEN: dict[str, list[str]] = {
 READS: dict[str, tuple[str, list[str]]] = {
     "bind": (".h", ["--chart", "gate.yaml"]),
     "campaign": (".yaml", []),
+    "certify": (".yaml", ["--out", "made.json"]),
     "check": (".yaml", []),
     "compile": (".yaml", ["--out", "made"]),
     "conformance": ("", []),

@@ -93,6 +93,7 @@ JOBS = {
     "check in Python": "check endless.yaml --engine python",
     "check several": "check endless.yaml deep.yaml",
     "cover": "cover endless.yaml --out result --engine python",
+    "certify": "certify endless.yaml --out result",
     "refine": "refine endless.yaml endless.yaml",
     "mutants": "mutants endless.yaml --engine python --resume kept",
     "run": "run beat.yaml --events 'wait 90000s'",

@@ -22,11 +22,14 @@ PAGES = (
     pytest.param("how-to/import-qm", 6, "cc"),
     pytest.param("how-to/import-statesmith", 4, "cc"),
     pytest.param("how-to/simulate", 2, ""),
+    pytest.param("how-to/certify", 4, "cc arm-none-eabi-gcc unicorn", marks=EXTERNAL),
     pytest.param("reference/javascript", 2, "node", marks=EXTERNAL),
     pytest.param("reference/transitions", 6, ""),
     *(pytest.param(f"cookbook/{page}", None, "") for page in COOKBOOK),
 )
 """Pages, how many commands each has (None: some), and the tools that it needs."""
+MODULES = {"libclang": "clang", "unicorn": "unicorn"}
+"""Tools that are packages of Python, with the module of each."""
 QUIET = (
     ("how-to/counterexamples", 10),
     ("how-to/frozen-nodes", 2),
@@ -45,8 +48,8 @@ def test_the_page_does_what_it_says(
     page: str, commands: int | None, tools: str, tmp_path: Path, require_tool: Callable[[str], str]
 ) -> None:
     for tool in tools.split():
-        if tool == "libclang":
-            need(find_spec("clang") is not None, tool)
+        if tool in MODULES:
+            need(find_spec(MODULES[tool]) is not None, tool)
         else:
             require_tool(tool)
     count = follow_page(DOCS / f"{page}.md", tmp_path)

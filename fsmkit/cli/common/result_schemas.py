@@ -219,8 +219,29 @@ RUN: Schema = {
     ]
 }  # fmt: skip
 
-RULE_KEYS = {"code": STRING, "name": STRING, "severity": STRING}
+HASHES = _map(STRING)
 RATIO = _object({"covered": INT, "all": INT})
+CERTIFICATE = _object({
+    "certificate": INT, "result": {"enum": ["complete", "partial", "different"]},
+    "chart": STRING, "fingerprint": STRING,
+    "sources": _list(_object({"file": STRING, "sha256": STRING})),
+    "target": STRING, "compiler": STRING, "command": STRINGS,
+    "host": _object({"processor": STRING, "compiler": STRING}),
+    "form": STRING, "prefix": _or_null(STRING), "parameters": _map(STRING),
+    "firmware": _or_null(_object({"file": STRING, "sha256": STRING})),
+    "generated": HASHES, "objects": HASHES,
+    "states": INT, "states_left": INT, "steps": INT, "interpreted": INT, "repeated": INT,
+    "classes": INT, "limit": INT,
+    "coverage": _object(dict.fromkeys(("states", "transitions", "pairs"), RATIO)),
+    "maxima": _list(_object({
+        "step": STRING, "instructions": INT, "stack": INT, "cycles": _or_null(INT),
+        "path": STRINGS,
+    })),
+    "differences": _list(_object({"step": STRING, "path": STRINGS, "what": STRING})),
+    "assumptions": STRINGS, "versions": _map(STRING), "seconds": _map(NUMBER), "sha256": STRING,
+})  # fmt: skip
+
+RULE_KEYS = {"code": STRING, "name": STRING, "severity": STRING}
 RATIOS = dict.fromkeys(("states", "transitions", "decisions", "conditions"), RATIO)
 SUFFIXES = _list(_object({"name": STRING, "suffixes": STRINGS}))
 COMPILED = {"struct_bytes": _or_null(INT), "capacities": CAPACITIES}
@@ -238,6 +259,12 @@ RESULTS: Mapping[str, Schema] = {
         "campaign": STRING, "verdict": STRING, "jobs": _list(_map(VALUE)), "counts": _map(INT),
         "missing": INT,
     }),
+    "certify": {
+        "anyOf": [
+            CERTIFICATE,
+            _object({"certificate": STRING, "result": STRING, "changed": STRINGS}),
+        ]
+    },
     "check": CHECK,
     "compile": _object({
         "files": STRINGS, **COMPILED, "machines": _list(_object({"name": STRING, **COMPILED})),

@@ -195,6 +195,11 @@ class ReadChooser(Chooser):
         return self._read[place]
 
     @property
+    def inputs_read(self) -> dict[int, int]:
+        """The choices for the free inputs that the step has read so far."""
+        return dict(self._read)
+
+    @property
     def sequence(self) -> tuple[int, ...]:
         """The choices of this run, in the form of a run that chooses all inputs before the step.
 

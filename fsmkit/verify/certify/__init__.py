@@ -1,0 +1,1 @@
+"""Certificates: interpreter, C and binaries of other processors agree in every step."""

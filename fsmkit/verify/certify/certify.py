@@ -1,0 +1,120 @@
+"""Certify a chart: build it, compare its executions, write down the result."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.compiler import find_compiler
+from fsmkit.codegen.c.limits import require_limits
+from fsmkit.codegen.c.options import Options, read_options
+from fsmkit.verify.certify.certificate import certificate, changes
+from fsmkit.verify.certify.comparison import Executions, Progress, Request, compare
+from fsmkit.verify.certify.emulator import Emulator, image_of, require_emulator
+from fsmkit.verify.certify.host import HostMachine
+from fsmkit.verify.certify.layout import Translation
+from fsmkit.verify.certify.processors import Processor
+from fsmkit.verify.certify.program import Program, program_of
+from fsmkit.verify.certify.target import Binary, build, probed
+
+TAKEN_FLAGS = ("-O", "-D", "-U", "-std", "-f")
+"""The flags of a cross compiler that the compiler of this computer gets, too."""
+NOT_TAKEN = ("-flto", "-ffunction", "-fdata", "-fshort-enums", "-fno-short-enums")
+
+
+def certify(chart: Chart, request: Request, progress: Progress | None = None) -> dict[str, Any]:
+    """Return the certificate of a chart.
+
+    Raises `FsmkitError` if the chart cannot be certified: it has no C, a compiler fails, the
+    processor is not emulated, or the firmware does not contain the machine.
+    """
+    require_limits([chart])
+    options = options_of(request.form)
+    with tempfile.TemporaryDirectory(prefix="fsmkit-certify-") as name:
+        folder = Path(name)
+        return _certify(chart, request, options, folder, progress)
+
+
+def _certify(
+    chart: Chart, request: Request, options: Options, folder: Path, progress: Progress | None
+) -> dict[str, Any]:
+    program = program_of(chart, request.prefix, options)
+    own, cross = folder / "host", folder / "target"
+    own.mkdir()
+    cross.mkdir()
+    command = list(request.command) or [*find_compiler(), "-O2"]
+    processor = None
+    if request.command or request.firmware is not None:
+        require_emulator()
+        processor = probed(command, cross)
+    own_command = command if processor is None else [*find_compiler(), *_shared_flags(command)]
+    binary = None
+    if processor is not None:
+        binary = build(program, cross, command)
+    with HostMachine(program, own, own_command) as host:
+        executions = _executions(program, host, own, binary, processor)
+        comparison = compare(chart, program, executions, request, progress)
+    return certificate(
+        chart, comparison, request, processor=processor, command=command, host_command=own_command,
+        binary=binary, objects=host.objects,
+    )  # fmt: skip
+
+
+def _shared_flags(command: Sequence[str]) -> list[str]:
+    return [
+        flag
+        for flag in command[1:]
+        if flag.startswith(TAKEN_FLAGS) and not flag.startswith(NOT_TAKEN)
+    ]
+
+
+def _executions(
+    program: Program,
+    host: HostMachine,
+    folder: Path,
+    binary: Binary | None,
+    processor: Processor | None,
+) -> Executions:
+    figures = program.machine.figures
+    size, saved = figures["struct_bytes"], figures["saved_bytes"] + 1
+    if binary is None or processor is None:
+        return Executions(host, None, None, None, None, size, saved)
+    image = image_of(binary.path, program.prefix)
+    own = image_of(folder / "host", program.prefix).layout
+    payloads = _payloads(program)
+    return Executions(
+        host,
+        Emulator(image, processor, folder),
+        Translation(own, image.layout, payloads),
+        Translation(image.layout, own, payloads),
+        Translation(own, own, payloads),
+        size,
+        saved,
+    )
+
+
+def _payloads(program: Program) -> dict[str, dict[int, str]]:
+    """Return for each type of events the member of the payload that an event uses."""
+    return {
+        names.prefix: {
+            event.index + 1: names.payloads[event.index]
+            for event in names.chart.events
+            if event.fields
+        }
+        for names, _ in program.machine.family
+    }
+
+
+def options_of(form: str) -> Options:
+    """Return the options of the C target for a form of the code, the value of ``--optimize``."""
+    return read_options({"optimize": form} if form else {})
+
+
+def changed(document: Mapping[str, Any], chart: Chart) -> list[str]:
+    """Return what has changed since a certificate of a chart was made."""
+    form = document["form"]
+    program = program_of(chart, document["prefix"], options_of("" if form == "default" else form))
+    return changes(document, chart, {name: program.files[name] for name in program.shipped})

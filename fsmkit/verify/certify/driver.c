@@ -1,0 +1,169 @@
+/* driver.c: answers requests to a machine, whatever machine it is; see driver.h. */
+#include "driver.h"
+
+uint8_t certify_requests[CERTIFY_REQUEST_BYTES];
+uint8_t certify_answers[CERTIFY_ANSWER_BYTES] CERTIFY_ALIGNED;
+uint32_t certify_request_size;
+uint32_t certify_answered;
+uint32_t certify_answer_size;
+volatile uint8_t certify_active;
+
+static uint32_t at;
+static uint32_t trace_size;
+static uint32_t trace_most;
+
+uint8_t certify_leave(void)
+{
+    const uint8_t active = certify_active;
+    certify_active = (uint8_t)(active != 0u ? 2u : 0u);
+    return active;
+}
+
+void certify_enter(uint8_t active)
+{
+    certify_active = active;
+}
+
+uint8_t certify_take8(void)
+{
+    return certify_requests[at++];
+}
+
+uint16_t certify_take16(void)
+{
+    const uint16_t low = certify_take8();
+    return (uint16_t)(low | (uint16_t)((uint32_t)certify_take8() << 8));
+}
+
+uint32_t certify_take32(void)
+{
+    const uint32_t low = certify_take16();
+    return low | (uint32_t)certify_take16() << 16;
+}
+
+uint64_t certify_take64(void)
+{
+    const uint64_t low = certify_take32();
+    return low | (uint64_t)certify_take32() << 32;
+}
+
+float certify_take_float(void)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } both;
+    both.bits = certify_take32();
+    return both.value;
+}
+
+double certify_take_double(void)
+{
+    union {
+        uint64_t bits;
+        double value;
+    } both;
+    both.bits = certify_take64();
+    return both.value;
+}
+
+void certify_put8(uint8_t value)
+{
+    if (trace_size < trace_most) {
+        certify_answers[certify_answer_size++] = value;
+    }
+    trace_size++;
+}
+
+void certify_put16(uint16_t value)
+{
+    certify_put8((uint8_t)(value & 0xFFu));
+    certify_put8((uint8_t)(value >> 8));
+}
+
+void certify_put32(uint32_t value)
+{
+    certify_put16((uint16_t)(value & 0xFFFFu));
+    certify_put16((uint16_t)(value >> 16));
+}
+
+void certify_put64(uint64_t value)
+{
+    certify_put32((uint32_t)(value & 0xFFFFFFFFu));
+    certify_put32((uint32_t)(value >> 32));
+}
+
+/* All NaN are one value: processors have several. */
+void certify_put_float(float value)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } both;
+    both.value = value;
+    certify_put32(value != value ? 0x7FC00000u : both.bits);
+}
+
+void certify_put_double(double value)
+{
+    union {
+        uint64_t bits;
+        double value;
+    } both;
+    both.value = value;
+    certify_put64(value != value ? UINT64_C(0x7FF8000000000000) : both.bits);
+}
+
+void certify_copy(void *to, const void *from, uint32_t size)
+{
+    uint32_t *target = to;
+    const uint32_t *source = from;
+    uint32_t i = 0u;
+    for (; i < size / 4u; i++) {
+        target[i] = source[i];
+    }
+    for (i *= 4u; i < size; i++) {
+        ((uint8_t *)to)[i] = ((const uint8_t *)from)[i];
+    }
+}
+
+static void store32(uint32_t place, uint32_t value)
+{
+    for (uint32_t i = 0u; i < 4u; i++) {
+        certify_answers[place + i] = (uint8_t)(value >> (8u * i) & 0xFFu);
+    }
+}
+
+/* An answer: bytes of the trace (4), what the functions returned (4), the trace, the machine. */
+void certify_main(void)
+{
+    at = certify_answered;
+    certify_answer_size = 0u;
+    while (at < certify_request_size
+           && certify_answer_size + CERTIFY_TRACE_BYTES + certify_machine_size + 16u <= CERTIFY_ANSWER_BYTES) {
+        const uint32_t start = certify_answer_size;
+        uint8_t action;
+        uint32_t now, end, returned;
+        certify_answer_size += 8u;
+        trace_size = 0u;
+        trace_most = CERTIFY_TRACE_BYTES;
+        end = certify_take16();
+        end += at;
+        action = certify_take8();
+        now = certify_take32();
+        certify_prepare();
+        returned = certify_perform(action, now);
+        store32(start, trace_size);
+        store32(start + 4u, returned);
+        while (certify_answer_size % 4u != 0u) {
+            certify_answers[certify_answer_size++] = 0u;
+        }
+        certify_copy(certify_answers + certify_answer_size, certify_machine(), certify_machine_size);
+        for (certify_answer_size += certify_machine_size; certify_answer_size % 4u != 0u; certify_answer_size++) {
+            certify_answers[certify_answer_size] = 0u;
+        }
+        certify_after(now);
+        at = end;
+        certify_answered = at;
+    }
+}

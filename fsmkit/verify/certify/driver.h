@@ -1,0 +1,68 @@
+/* driver.h: steps of one generated machine by requests, on this computer and in the emulator.
+ *
+ * A request names a state, values for the inputs, an action and the results of operations. The answer
+ * holds what the host of the machine notices, and then every byte of the machine; zeros fill each up to
+ * a multiple of 4. Numbers are least significant byte first, so requests are the same for all processors.
+ *
+ * driver_X.c, which is generated for a machine X, defines the functions at the end. */
+#ifndef CERTIFY_DRIVER_H
+#define CERTIFY_DRIVER_H
+
+#include "fsm.h"
+
+enum { CERTIFY_START, CERTIFY_DISPATCH, CERTIFY_POST, CERTIFY_RUN, CERTIFY_OBSERVE };
+enum { CERTIFY_CALLED = 1, CERTIFY_SENT = 2 };
+
+#ifndef CERTIFY_REQUEST_BYTES
+#define CERTIFY_REQUEST_BYTES 0x40000u
+#define CERTIFY_ANSWER_BYTES 0x100000u
+#define CERTIFY_TRACE_BYTES 0x4000u /* at most, of one answer; the rest only counts */
+#endif
+
+extern uint8_t certify_requests[CERTIFY_REQUEST_BYTES];
+extern uint8_t certify_answers[CERTIFY_ANSWER_BYTES];
+extern uint32_t certify_request_size; /* bytes of all requests */
+extern uint32_t certify_answered;     /* bytes of the requests that have been answered */
+extern uint32_t certify_answer_size;
+
+/* 1 while the machine's own code runs: what happens then is counted. 2: it has called its host. */
+extern volatile uint8_t certify_active;
+extern uint8_t certify_leave(void); /* for functions of the host: nothing counts until `certify_enter` */
+extern void certify_enter(uint8_t active);
+
+#define CERTIFY_ALIGNED __attribute__((aligned(8)))
+
+#define CERTIFY(call)                                                                              \
+    do {                                                                                           \
+        certify_active = 1u;                                                                       \
+        call;                                                                                      \
+        certify_active = 0u;                                                                       \
+    } while (0)
+
+/* Answer requests from where the last call ended, as many as fit. */
+void certify_main(void);
+
+uint8_t certify_take8(void);
+uint16_t certify_take16(void);
+uint32_t certify_take32(void);
+uint64_t certify_take64(void);
+float certify_take_float(void);
+double certify_take_double(void);
+void certify_put8(uint8_t value);
+void certify_put16(uint16_t value);
+void certify_put32(uint32_t value);
+void certify_put64(uint64_t value);
+void certify_put_float(float value);
+void certify_put_double(double value);
+void certify_copy(void *to, const void *from, uint32_t size); /* both lie at multiples of 4 */
+
+/* ---- in driver_X.c ---- */
+
+extern const uint32_t certify_machine_size;
+void *certify_state(void);   /* from which all requests start */
+void *certify_machine(void); /* the one that a request changes */
+void certify_prepare(void);  /* copies the state, and takes the inputs */
+uint32_t certify_perform(uint8_t action, uint32_t now); /* returns what the functions returned */
+void certify_after(uint32_t now);                       /* on this computer only: saves the machine */
+
+#endif

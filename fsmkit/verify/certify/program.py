@@ -1,0 +1,345 @@
+"""The driver of one generated machine, in C: it answers requests (see ``driver.h``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import fsmkit.language as lang
+from fsmkit.chart.analysis.host_events import posted_events, sent_events
+from fsmkit.chart.chart import Chart
+from fsmkit.codegen.c.generate import Machine, generate_machine
+from fsmkit.codegen.c.host import print_host
+from fsmkit.codegen.c.layout import reply_type
+from fsmkit.codegen.c.names import Names
+from fsmkit.codegen.c.options import Options
+from fsmkit.codegen.c.storage import storage
+from fsmkit.emit import Emitter, printing
+from fsmkit.plan.image import code
+
+FOLDER = Path(__file__).parent
+SIZES = {"b": 8, "h": 16, "i": 32, "q": 64}
+"""The bits of the codes of `struct` for integers, in lower case."""
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A generated machine, the library that it needs, and its driver."""
+
+    machine: Machine
+    files: dict[str, str]
+    """All files by name: the machine's, and those of the driver."""
+    shipped: tuple[str, ...]
+    """The names of the files that a project compiles."""
+    is_default: bool
+    """Whether the machine's source is the one that is generated without ``--with save``."""
+
+    @property
+    def names(self) -> Names:
+        """The names of the machine."""
+        return self.machine.names
+
+    @property
+    def prefix(self) -> str:
+        """The prefix of the machine."""
+        return self.machine.names.prefix
+
+    @property
+    def sources(self) -> list[str]:
+        """The sources that a project compiles."""
+        return [name for name in self.shipped if name.endswith(".c")]
+
+
+def program_of(chart: Chart, prefix: str | None, options: Options) -> Program:
+    """Return the program of a chart, generated with these options."""
+    plain = generate_machine(chart, prefix, options)
+    saving = Options(
+        without=options.without,
+        extras=options.extras | {"save"},
+        is_small=options.is_small,
+        is_tabled=options.is_tabled,
+    )
+    machine = generate_machine(chart, prefix, saving)
+    own = [name for name in machine.files if name in plain.files]
+    name = f"{machine.names.prefix}.c"
+    files = dict(machine.files)
+    files[f"driver_{name}"] = driver(machine.names)
+    for each in ("driver.h", "driver.c", "host.c"):
+        files[each] = (FOLDER / each).read_text(encoding="utf-8")
+    shipped = tuple(sorted(own))
+    is_default = plain.files[name] == machine.files[name]
+    return Program(machine, files, shipped, is_default)
+
+
+@printing
+def driver(names: Names) -> str:
+    """Return the source of the driver of a machine."""
+    out = Emitter()
+    p = names.prefix
+    out.lines([f'#include "{p}.h"', '#include "driver.h"', ""])
+    for inner in _family(names):
+        if inner is not names:
+            out.line(f'#include "{inner.prefix}.h"')
+    out.lines(
+        [
+            f"static {p} fsm_machine CERTIFY_ALIGNED;",
+            f"static {p} fsm_state CERTIFY_ALIGNED;",
+            f"static {p}_event fsm_event;",
+        ]
+    )
+    out.lines(["#ifdef CERTIFY_HOST", f"static {p} fsm_given;", "#endif"])
+    leaves = max(1, sum(state.is_leaf for state in names.chart.states))
+    out.lines([f"static {p}_state fsm_seen[{leaves}];", "static uint32_t fsm_deadline;", ""])
+    out.text(f"""
+    const uint32_t certify_machine_size = (uint32_t)sizeof({p});
+
+    void *certify_state(void)
+    {{
+        return &fsm_state;
+    }}
+
+    void *certify_machine(void)
+    {{
+        return &fsm_machine;
+    }}
+    """)
+    _prepare(out, names)
+    _read_event(out, names)
+    _host_functions(out, names)
+    _perform(out, names)
+    _saving(out, names)
+    return out.finish()
+
+
+def _family(names: Names) -> Iterator[Names]:
+    """Yield a machine after those in its slots."""
+    for inner in names.invoked:
+        yield from _family(inner)
+    yield names
+
+
+def _prepare(out: Emitter, names: Names) -> None:
+    out.lines(["", "void certify_prepare(void)"])
+    with out.block("{"):
+        out.line("certify_copy(&fsm_machine, &fsm_state, (uint32_t)sizeof fsm_machine);")
+        for declared in names.chart.inputs:
+            _take(out, f"fsm_machine.{names.variables[declared.name]}", declared.type, names)
+        out.lines(["#ifdef CERTIFY_HOST", "fsm_given = fsm_machine;", "#endif"])
+
+
+def _read_event(out: Emitter, names: Names) -> None:
+    out.lines(["", "static void fsm_read_event(void)"])
+    with out.block("{"):
+        out.line("fsm_clear(&fsm_event, sizeof fsm_event);")
+        out.line("fsm_event.event = certify_take16();")
+        with out.block("switch (fsm_event.event) {"):
+            for index in posted_events(names.chart):
+                event = names.chart.events[index]
+                if not event.fields:
+                    continue
+                out.line(f"case {index + 1}u:")
+                for part in event.fields:
+                    place = f"fsm_event.of.{names.payloads[index]}.{names.field(part.name)}"
+                    _take(out, place, part.type, names)
+                out.line("break;")
+            out.lines(["default:", "break;"])
+
+
+def _host_functions(out: Emitter, names: Names) -> None:
+    """Print the operations and the functions that take events, for each machine."""
+    for number, each in enumerate(_family(names)):
+        out.lines(["", f"static void fsm_call_{number}(uint32_t at, const void *const *given,"])
+        out.line("                       void *result)")
+        with out.block("{"):
+            out.line("const uint8_t active = certify_leave();")
+            out.lines(["(void)given;", "(void)result;", "certify_put8(CERTIFY_CALLED);"])
+            out.lines([f"certify_put8({number}u);", "certify_put16((uint16_t)at);"])
+            with out.block("switch (at) {"):
+                for index, operation in enumerate(each.chart.operations):
+                    out.line(f"case {index}u:")
+                    _given(out, operation.parameters, each)
+                    if operation.result is not None:
+                        text = storage(operation.result, each.records).text
+                        _take(out, f"(*({text} *)result)", operation.result, each)
+                    out.line("break;")
+                out.lines(["default:", "break;"])
+            out.line("certify_enter(active);")
+        out.lines(["", f"static void fsm_send_{number}(uint32_t at, const void *const *given)"])
+        with out.block("{"):
+            out.line("const uint8_t active = certify_leave();")
+            out.lines(["(void)given;", "certify_put8(CERTIFY_SENT);"])
+            out.lines([f"certify_put8({number}u);", "certify_put16((uint16_t)at);"])
+            with out.block("switch (at) {"):
+                for index in sent_events(each.chart):
+                    out.line(f"case {index}u:")
+                    _given(out, each.chart.events[index].fields, each)
+                    out.line("break;")
+                out.lines(["default:", "break;"])
+            out.line("certify_enter(active);")
+        out.lines(["", "#undef FSM_HOST_CALL", "#undef FSM_HOST_SEND"])
+        call = f"((void)(m), fsm_call_{number}(operation, given, result))"
+        out.line(f"#define FSM_HOST_CALL(m, operation, given, result) {call}")
+        send = f"((void)(m), fsm_send_{number}(event, given))"
+        out.line(f"#define FSM_HOST_SEND(m, event, given) {send}")
+        print_host(out, each)
+
+
+def _perform(out: Emitter, names: Names) -> None:
+    p, does = names.prefix, names.does
+    out.text(f"""
+    uint32_t certify_perform(uint8_t action, uint32_t now)
+    {{
+        uint32_t found = 0u;
+        switch (action) {{
+        case CERTIFY_START:
+            CERTIFY({p}_start(&fsm_machine, now));
+            break;
+        case CERTIFY_DISPATCH:
+            fsm_read_event();
+            CERTIFY(found = (uint32_t){p}_dispatch(&fsm_machine, &fsm_event, now));
+    """)
+    reply = reply_type(names.chart)
+    if reply is not None:
+        with out.block("        if (found <= FSM_HANDLED) {"):
+            _put(out, "fsm_machine.fsm.reply", reply, names)
+    out.line("        break;")
+    if does.queued:
+        out.text("""
+            case CERTIFY_POST: {
+                const uint8_t count = certify_take8();
+                for (uint8_t i = 0u; i < count; i++) {
+                    bool fits;
+                    fsm_read_event();
+        """)
+        out.line(f"            CERTIFY(fits = {p}_post(&fsm_machine, &fsm_event));")
+        out.text(f"""
+                    found |= (uint32_t)fits << i;
+                }}
+                CERTIFY({p}_run(&fsm_machine, now));
+                break;
+            }}
+        """)
+    if does.runs:
+        out.text(f"""
+            case CERTIFY_RUN:
+                CERTIFY({p}_run(&fsm_machine, now));
+                break;
+        """)
+    out.text(f"""
+        default: {{
+            static const uint16_t room = (uint16_t)(sizeof fsm_seen / sizeof fsm_seen[0]);
+            uint16_t count;
+            fsm_deadline = 0u;
+            CERTIFY(count = {p}_active(&fsm_machine, fsm_seen, room));
+            certify_put16(count);
+            for (uint16_t i = 0u; i < count; i++) {{
+                certify_put16((uint16_t)fsm_seen[i]);
+            }}
+            CERTIFY(count = {p}_finished(&fsm_machine));
+            certify_put8((uint8_t)count);
+            CERTIFY(count = (uint16_t){p}_fault(&fsm_machine));
+            certify_put8((uint8_t)count);
+            CERTIFY(count = {p}_next_deadline(&fsm_machine, &fsm_deadline));
+            certify_put8((uint8_t)count);
+            certify_put32(count != 0u ? fsm_deadline - now : 0u);
+            break;
+        }}
+        }}
+        return found;
+    }}
+    """)
+
+
+def _saving(out: Emitter, names: Names) -> None:
+    """Print what only this computer does: restoring a state, saving the machine of each answer."""
+    p, upper = names.prefix, names.upper
+    out.text(f"""
+
+    #ifdef CERTIFY_HOST
+    extern uint8_t certify_saved[];
+    extern uint32_t certify_saved_size;
+    uint32_t certify_restore(uint32_t now, const uint8_t *bytes, uint32_t size);
+
+    uint32_t certify_restore(uint32_t now, const uint8_t *bytes, uint32_t size)
+    {{
+        {p}_init(&fsm_state);
+        return (uint32_t){p}_restore(&fsm_state, now, bytes, size);
+    }}
+
+    void certify_after(uint32_t now)
+    {{
+        static {p} after;
+        uint8_t *saved = certify_saved + certify_saved_size;
+        after = fsm_machine;
+        saved[0] = 0u;
+    """)
+    for declared in names.chart.inputs:
+        place = names.variables[declared.name]
+        for path, _ in _scalars(declared.type, names):
+            at = f"{place}{path}"
+            out.line(f"    saved[0] |= (uint8_t)(after.{at} != fsm_given.{at});")
+            out.line(f"    after.{at} = fsm_state.{at};")
+    out.text(f"""
+        saved[0] |= (uint8_t)((uint32_t)!{p}_save(&after, now, saved + 1) << 1);
+        certify_saved_size += {upper}_SAVED_BYTES + 1u;
+    }}
+    #else
+    void certify_after(uint32_t now)
+    {{
+        (void)now;
+    }}
+    #endif
+    """)
+
+
+def _scalars(type_: lang.Type, names: Names, path: str = "") -> Iterator[tuple[str, lang.Type]]:
+    """Yield the scalar parts of a type with their C paths, in the order of `plan.image`."""
+    match type_:
+        case lang.ArrayType(element, length):
+            for place in range(length):
+                yield from _scalars(element, names, f"{path}[{place}]")
+        case lang.RecordType(_, fields):
+            for part in fields:
+                yield from _scalars(part.type, names, f"{path}.{names.field(part.name)}")
+        case _:
+            yield path, type_
+
+
+def _given(out: Emitter, fields: tuple[lang.Field, ...], names: Names) -> None:
+    """Print the statements that put the arguments of a call into the trace."""
+    for number, part in enumerate(fields):
+        text = storage(part.type, names.records).text
+        pointer = f"((const {text} *)given[{number}])"
+        place = pointer if isinstance(part.type, lang.ArrayType) else f"(*{pointer})"
+        _put(out, place, part.type, names)
+
+
+def _put(out: Emitter, place: str, type_: lang.Type, names: Names) -> None:
+    for path, scalar in _scalars(type_, names):
+        at = f"{place}{path}"
+        if isinstance(scalar, lang.FloatType):
+            kind = "float" if scalar.bits == 32 else "double"
+            out.line(f"certify_put_{kind}({at});")
+        else:
+            bits = _bits(scalar)
+            out.line(f"certify_put{bits}((uint{bits}_t){at});")
+
+
+def _take(out: Emitter, place: str, type_: lang.Type, names: Names) -> None:
+    """Print the statements that take a value from the request; an array's place is its first."""
+    for path, scalar in _scalars(type_, names):
+        at = f"{place}{path}"
+        text = storage(scalar, names.records).text
+        if isinstance(scalar, lang.FloatType):
+            kind = "float" if scalar.bits == 32 else "double"
+            out.line(f"{at} = certify_take_{kind}();")
+        elif isinstance(scalar, lang.BoolType):
+            out.line(f"{at} = certify_take8() != 0u;")
+        else:
+            out.line(f"{at} = ({text})certify_take{_bits(scalar)}();")
+
+
+def _bits(scalar: lang.Type) -> int:
+    """Return the bits of a scalar that is no float, in requests and answers."""
+    return 16 if isinstance(scalar, lang.SymbolType) else SIZES[code(scalar).lower()]

@@ -1,0 +1,421 @@
+"""The steps of a machine from a state, by the reference interpreter, and what they must lead to.
+
+A state is a settled snapshot of an untimed exploration (`verify.statespace`): timers are armed or
+not. Each step has concrete deadlines. Pending timers have their whole delay left (`FAR`), or expire
+one tick later (`NEAR`). Each pending timer is also the first one to expire, once.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count, product
+from math import prod
+from random import Random
+
+import fsmkit.language as lang
+import fsmkit.runtime.interpreter as interpreter
+from fsmkit.chart.analysis.partition import Partition, Place
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.walk import charts_within
+from fsmkit.codegen.c.names import Names
+from fsmkit.plan.image import FAULTS, head, image_of, sealed
+from fsmkit.runtime.interpreter import snapshot as snap
+from fsmkit.runtime.interpreter.index import index_of
+from fsmkit.runtime.interpreter.run import next_deadline
+from fsmkit.runtime.snapshot_bytes import pack_machine
+from fsmkit.system.partition import field_of
+from fsmkit.verify.certify.encoding import Machine, Values
+from fsmkit.verify.statespace.actions import Chooser, ReadChooser
+from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.coverage import Coverage
+from fsmkit.verify.statespace.local_steps import LocalSteps
+from fsmkit.verify.statespace.sessions import timers_within, waiting_count
+
+START, DISPATCH, POST, RUN, OBSERVE = range(5)
+"""The actions of ``driver.h``."""
+NOW = 5_000_000
+"""The time of the states that steps start from, in ticks."""
+WRAPS = 2**32
+"""The clock of a machine wraps around after so many ticks."""
+REPEATED = 64
+"""One in so many steps is repeated with other values."""
+MOST_POSTED = 30
+"""The number of events that a step posts at most: their results are bits of one number."""
+FAR, NEAR = "far", "near"
+BEYOND = 1_000
+"""Ticks until a pending delayed send whose delay the chart computes."""
+MOST_UNREAD = 64
+"""At most so many combinations of inputs that the interpreter does not read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """The required result of a step."""
+
+    trace: bytes
+    returned: int
+    saved: bytes
+    """The saved machine without its checksum, with the inputs of the state."""
+    after: snap.Snapshot | None
+    """The settled state that follows; None for an observation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One request: its bytes, what it must lead to, and what people call it."""
+
+    request: bytes
+    expected: Expected
+    name: str
+    """The kind of step, such as ``dispatch start``; maxima are per name."""
+    is_explored: bool = True
+    """False for a repetition with other values: its state counts as that of the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Steps from one state with concrete deadlines."""
+
+    saved: bytes
+    now: int
+    steps: list[Step]
+
+
+@dataclass(frozen=True, slots=True)
+class _Action:
+    """An action of the host at a state."""
+
+    kind: int
+    name: str
+    now: int
+    events: tuple[snap.Occurrence, ...] = ()
+
+
+class Steps:
+    """Enumerates the steps of a chart."""
+
+    def __init__(
+        self, chart: Chart, closed: ClosedSystem, names: Names, partition: Partition, seed: int
+    ) -> None:
+        """Take the chart, its exploration, its names in C and its classes of values."""
+        self._partition = partition
+        self._random = Random(seed)  # noqa: S311  (no secrets)
+        self._operations = {o.name: o for c in charts_within(chart) for o in c.operations}
+        self.chart = chart
+        self.closed = closed
+        self.local = LocalSteps(closed)
+        self.names = names
+        self.machine = Machine(names, count())
+        self.coverage = Coverage(set(), set())
+        self.interpreted = 0
+        """The number of steps that the interpreter took."""
+        self._inputs = Values([lang.Field(each.name, each.type) for each in chart.inputs], names)
+        self._image = image_of(chart)
+        self._head = head(chart)
+        self._encoded: dict[tuple[int, ...], bytes] = {}
+        self._start = interpreter.initial(chart)
+        self.events = [each for each in closed.possible if not each.spontaneous]
+        self._numbers = {name: n for n, name in enumerate(FAULTS)}
+
+    def initial(self) -> snap.Snapshot:
+        """Return the state before the start."""
+        return self._start
+
+    def batches(self, state: snap.Snapshot) -> Iterator[Batch]:
+        """Yield all steps of a state."""
+        armed = timers_within(self.chart, state)
+        timed = self.timed(state, FAR)
+        actions = [*self._actions(state, timed.now), *self._later(timed)]
+        yield self._batch(timed, actions)
+        if armed:
+            near = self.timed(state, NEAR)
+            yield self._batch(near, [*self._actions(state, near.now), *self._later(near)])
+        for place in range(len(armed)) if state.running else ():
+            first = self.timed(state, FAR, first=place)
+            name = f"timeout {_timer_name(*armed[place])}"
+            yield self._batch(first, [_Action(RUN, name, first.now + 1)])
+        varied = self._varied(state, actions)
+        if varied is not None:
+            yield varied
+
+    def timed(self, state: snap.Snapshot, how: str, first: int = -1) -> snap.Snapshot:
+        """Return a state with deadlines; ``first``: the timer that expires next, after a tick."""
+        left = [
+            1 if number == first else 1 if how == NEAR else 2 + _delay(chart, timer)
+            for number, (chart, timer) in enumerate(timers_within(self.chart, state))
+        ]
+        return with_deadlines(state, NOW, left)
+
+    def _actions(self, state: snap.Snapshot, now: int) -> Iterator[_Action]:
+        """Yield what a host can do at the time of a state."""
+        yield _Action(OBSERVE, "observe", now)
+        yield _Action(START, "start", now)
+        if not state.configuration:
+            return
+        does = self.names.does
+        if does.runs:
+            yield _Action(RUN, "run", now)
+        if waiting_count(self.chart, state):
+            return
+        for possible in self.events:
+            occurrence = snap.Occurrence(possible.event, possible.payload)
+            name = self.chart.events[possible.event].name
+            yield _Action(DISPATCH, f"dispatch {name}", now, (occurrence,))
+            if does.queued:
+                yield _Action(POST, f"post {name}", now, (occurrence,))
+
+    def _later(self, timed: snap.Snapshot) -> Iterator[_Action]:
+        """Yield what happens when time passes: nothing just before a deadline, then all timers."""
+        due = next_deadline(timed)
+        if due is None or not timed.running:
+            return
+        if due - 1 > timed.now:
+            yield _Action(RUN, "run", due - 1)
+        else:
+            yield _Action(RUN, "timeouts", due)
+
+    def _batch(self, state: snap.Snapshot, actions: Sequence[_Action]) -> Batch:
+        steps = [step for action in actions for step in self.steps(state, action)]
+        return Batch(sealed(self._saved(state)), state.now, steps)
+
+    def _saved(self, state: snap.Snapshot) -> bytes:
+        """Return a saved machine without its checksum."""
+        return self._head + pack_machine(self._image, state)
+
+    # --- repetitions with other values ----------------------------------------------------------
+
+    def _varied(self, state: snap.Snapshot, actions: Sequence[_Action]) -> Batch | None:
+        """Repeat 1 of `REPEATED` steps, at least one, with other values of the same classes.
+
+        The times left are others, too, and the clock may wrap around.
+
+        Besides, several events are posted at once, more than the queue holds in some steps.
+        """
+        chosen = [each for each in actions if self._random.random() * REPEATED < 1]
+        does_post = self.names.does.queued and bool(self.events)
+        if does_post and self._random.random() * REPEATED < len(actions):
+            chosen.append(_Action(POST, "post several events", 0, self._several()))
+        chosen = [each for each in chosen or [self._random.choice(actions)] if each.kind != OBSERVE]
+        if not chosen:
+            return None
+        now = self._random.choice((NOW, 0, WRAPS - 1, WRAPS - 2, self._random.randrange(WRAPS)))
+        longest = [1 + _delay(chart, timer) for chart, timer in timers_within(self.chart, state)]
+        left = [self._random.choice((1, most, self._random.randint(1, most))) for most in longest]
+        timed = with_deadlines(state, now, left)
+        due = next_deadline(timed)
+        steps = []
+        for action in chosen:
+            at = now if due is None or self._random.random() < 0.5 else due
+            events = tuple(map(self._other_event, action.events))
+            varied = replace(action, now=at, events=events)
+            host = VariedHost(self)
+            inputs = tuple(
+                self._other(each.type, Place(0, "variable", each.name), value)
+                for each, value in zip(self.chart.inputs, self._any_inputs(), strict=True)
+            )
+            expected, results = self.perform(replace(timed, inputs=inputs), varied, host)
+            body = self._inputs.encode(inputs) + self._events(varied) + results
+            steps.append(replace(_step(varied, expected, _head(varied), body), is_explored=False))
+        return Batch(sealed(self._saved(replace(timed, inputs=self._start.inputs))), now, steps)
+
+    def _several(self) -> tuple[snap.Occurrence, ...]:
+        """Return several events, up to two more than the queue holds."""
+        most = min(self.chart.capacities.queue + 2, MOST_POSTED)
+        many = (self._random.choice(self.events) for _ in range(self._random.randint(1, most)))
+        return tuple(snap.Occurrence(each.event, each.payload) for each in many)
+
+    def _any_inputs(self) -> list[lang.Value]:
+        counts = (len(free.values) for free in self.closed.free_inputs)
+        return self._chosen(tuple(self._random.randrange(count) for count in counts))
+
+    def _other_event(self, occurrence: snap.Occurrence) -> snap.Occurrence:
+        fields = self.chart.events[occurrence.event].fields
+        payload = tuple(
+            self._other(each.type, field_of(0, occurrence.event, number), value)
+            for number, (each, value) in enumerate(zip(fields, occurrence.payload, strict=True))
+        )
+        return snap.Occurrence(occurrence.event, payload)
+
+    def _other(self, type_: lang.Type, place: Place, value: lang.Value) -> lang.Value:
+        """Return another value of the class of a value: a bound of it, or any between."""
+        bounds = self._partition.alike(type_, place, value)
+        if bounds is None:
+            return value
+        first, last = bounds
+        found = self._random.choice((first, last, self._random.randint(first, last)))
+        return bool(found) if isinstance(type_, lang.BoolType) else found
+
+    def result(self, operation: str) -> lang.Value | None:
+        """Return a result of an operation, of any class."""
+        values = self.closed.results[0].get(operation)
+        if values is None:
+            return None
+        value = self._random.choice(values)
+        declared = self._operations[operation]
+        if declared.tried or declared.result is None:
+            return value
+        return self._other(declared.result, Place(0, "result", operation), value)
+
+    # --- one action ----------------------------------------------------------------------------
+
+    def steps(self, state: snap.Snapshot, action: _Action) -> Iterator[Step]:
+        """Yield an action with every choice of inputs and results."""
+        head_, events = _head(action), self._events(action)
+        if action.kind == OBSERVE:
+            yield _step(action, self._observed(state), head_, self._values(()))
+            return
+        chooser = self.local.chooser(0)
+        while True:
+            expected, results = self.perform(state, action, chooser)
+            read = chooser.inputs_read if isinstance(chooser, ReadChooser) else {}
+            for inputs in self._combinations(read):
+                yield _step(action, expected, head_, self._values(inputs) + events + results)
+            if not chooser.advance():
+                return
+
+    def _events(self, action: _Action) -> bytes:
+        count_ = bytes([len(action.events)]) if action.kind == POST else b""
+        return count_ + b"".join(map(self.machine.event, action.events))
+
+    def _values(self, inputs: tuple[int, ...]) -> bytes:
+        """Return the encoded inputs for choices of the free ones."""
+        found = self._encoded.get(inputs)
+        if found is None:
+            found = self._encoded[inputs] = self._inputs.encode(self._chosen(inputs))
+        return found
+
+    def _chosen(self, inputs: tuple[int, ...]) -> list[lang.Value]:
+        """Return the values of all inputs for choices of the free ones."""
+        values = list(self._start.inputs)
+        for free, choice in zip(self.closed.free_inputs, inputs, strict=False):
+            values[free.input] = free.values[choice]
+        return values
+
+    def _combinations(self, read: dict[int, int]) -> Iterator[tuple[int, ...]]:
+        """Yield the choices of all inputs: those read are fixed, the others take all values.
+
+        If there are many combinations, each value of each input occurs in one.
+        """
+        counts = [
+            range(read[place], read[place] + 1) if place in read else range(len(free.values))
+            for place, free in enumerate(self.closed.free_inputs)
+        ]
+        if prod(map(len, counts)) <= MOST_UNREAD:
+            yield from product(*counts)
+            return
+        for row in range(max(map(len, counts))):
+            yield tuple(each[row % len(each)] for each in counts)
+
+    def perform(
+        self, state: snap.Snapshot, action: _Action, chooser: Chooser | VariedHost
+    ) -> tuple[Expected, bytes]:
+        """Take a step in the interpreter; return what it leads to and the results of calls."""
+        self.interpreted += 1
+        snapshot = state
+        if isinstance(chooser, Chooser):
+            chooser.start_step()
+            snapshot = self.local.with_inputs(state, chooser)
+        chart, reply, returned = self.chart, b"", 0
+        done: Sequence[snap.Macrostep]
+        match action.kind:
+            case 0:  # START
+                done = (interpreter.start(chart, action.now, chooser, snapshot.inputs),)
+                after = done[0].after
+            case 1:  # DISPATCH
+                (event,) = action.events
+                done, after = (), snapshot
+                returned = STOPPED
+                if snapshot.running:
+                    one, is_handled, value = interpreter.dispatch(
+                        chart, snapshot, event, action.now, chooser
+                    )
+                    done, after, returned = (one,), one.after, int(is_handled)
+                    reply = self.machine.reply(value)
+            case 2:  # POST
+                for number, event in enumerate(action.events):
+                    posted = interpreter.post(chart, snapshot, event)
+                    if posted is not None:
+                        snapshot, returned = posted, returned | 1 << number
+                done, after = _run(chart, snapshot, action.now, chooser)
+            case _:  # RUN
+                done, after = _run(chart, snapshot, action.now, chooser)
+        for macrostep in done:
+            self.coverage.add(macrostep)
+        after = replace(interpreter.at_time(after, action.now), inputs=self._start.inputs)
+        trace, results = self.machine.trace(done)
+        saved = self._saved(after)
+        settled = self.local.settled(0, after)
+        return Expected(trace + reply, returned, saved, settled), results
+
+    def _observed(self, state: snap.Snapshot) -> Expected:
+        """Return what the functions that look at a machine must report."""
+        leaves = sorted(index_of(self.chart).leaves & state.configuration)
+        fault = 0 if state.fault is None else self._numbers.get(state.fault, 4)
+        due = next_deadline(state) if state.running else None
+        trace = struct.pack(f"<H{len(leaves)}H", len(leaves), *leaves)
+        left = 0 if due is None else (due - state.now) % 2**32
+        trace += struct.pack("<BBBI", state.finished, fault, due is not None, left)
+        return Expected(trace, 0, self._saved(state), None)
+
+
+STOPPED = 3
+"""``FSM_STOPPED``."""
+
+
+class VariedHost:
+    """The host of a repeated step: operations return any values of their classes."""
+
+    def __init__(self, steps: Steps) -> None:
+        """Take the source of values."""
+        self._steps = steps
+
+    def call(self, operation: str, arguments: tuple[lang.Value, ...]) -> lang.Value | None:
+        """Return the result of an operation (the `Host` of a step)."""
+        del arguments
+        return self._steps.result(operation)
+
+
+def _head(action: _Action) -> bytes:
+    return struct.pack("<BI", action.kind, action.now % WRAPS)
+
+
+def _step(action: _Action, expected: Expected, start: bytes, rest: bytes) -> Step:
+    body = start + rest
+    return Step(len(body).to_bytes(2, "little") + body, expected, action.name)
+
+
+def _run(
+    chart: Chart, snapshot: snap.Snapshot, now: int, chooser: snap.Host
+) -> tuple[tuple[snap.Macrostep, ...], snap.Snapshot]:
+    done = interpreter.run(chart, snapshot, now, chooser)
+    return done, done[-1].after if done else snapshot
+
+
+def _delay(chart: Chart, timer: snap.Timer) -> int:
+    """Return the whole delay of a timer."""
+    if isinstance(timer.what, snap.Timeout):
+        return chart.transitions[timer.what.transition].delay
+    return BEYOND
+
+
+def _timer_name(chart: Chart, timer: snap.Timer) -> str:
+    if isinstance(timer.what, snap.Timeout):
+        source = chart.states[chart.transitions[timer.what.transition].source]
+        return f"in {source.id}"
+    return f"of {chart.events[timer.what.occurrence.event].name}"
+
+
+def with_deadlines(state: snap.Snapshot, now: int, left: Iterable[int]) -> snap.Snapshot:
+    """Return a state at a time, with the time left of its timers and those within."""
+    return _with_deadlines(state, now, iter(left))
+
+
+def _with_deadlines(state: snap.Snapshot, now: int, rest: Iterator[int]) -> snap.Snapshot:
+    timers = [snap.Timer(now + next(rest), timer.what) for timer in state.timers]
+    invoked = tuple(
+        None if child is None else _with_deadlines(child, now, rest) for child in state.invoked
+    )
+    timers.sort(key=lambda timer: timer.deadline)
+    return replace(state, timers=tuple(timers), now=now, invoked=invoked)
