@@ -7,16 +7,15 @@ draws a layout as it is.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any
 
+from fsmkit.chart.drawing.graph_text import Attribute, statements
 from fsmkit.diagnostics.parsing import parse_json
 
 BETWEEN = b"\n}\n{\n"
 """Where the text of a layout ends and its JSON starts."""
-TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|->|[{}\[\];,=<]|[^\s{}\[\];,=<"]+', re.DOTALL)
 INCH = 72.0
 GAP = 2.0
 """Points that a label keeps from all else."""
@@ -118,13 +117,26 @@ def improve_layout(content: bytes) -> str:
         content: What ``dot -Tdot -Tjson`` writes: the text of a layout, then the same as JSON.
 
     """
+    text, graph = split_layout(content)
+    return improve_parsed(text, graph)
+
+
+def split_layout(content: bytes) -> tuple[str, Any]:
+    """Return the text of a layout, and its JSON; an empty graph if that cannot be read."""
     end = content.index(BETWEEN) + 3
-    text = content[:end].decode()
     try:
-        layout = _layout_of(parse_json(content[end:], strict=False))
+        return content[:end].decode(), parse_json(content[end:], strict=False)
     except ValueError:  # Graphviz writes some texts as invalid JSON
-        layout = Layout()
-    return _edit(text, {**_equalize(layout), **_free_labels(layout)})
+        return content[:end].decode(), {}
+
+
+def improve_parsed(text: str, graph: Any, changes: Edits | None = None) -> str:
+    """Return a text for ``neato -n2``, with changes of attributes that the graph has already."""
+    layout = _layout_of(graph)
+    edits: Edits = dict(changes or {})
+    for owner, values in (*_equalize(layout).items(), *_free_labels(layout).items()):
+        edits[owner] = {**edits.get(owner, {}), **values}
+    return _edit(text, edits)
 
 
 # --- what was laid out -----------------------------------------------------------------------
@@ -138,11 +150,11 @@ def _layout_of(read: Any) -> Layout:
         name = each["name"]
         if "bb" in each and name.startswith("cluster"):
             layout.clusters[name] = Cluster(
-                name, Box(*_numbers(each["bb"])), _title(each),
+                name, Box(*numbers(each["bb"])), _title(each),
                 "dashed" in each.get("style", "").split(","), frozenset(each.get("nodes", ())),
             )  # fmt: skip
         elif "pos" in each:
-            (x, y), (w, h) = _numbers(each["pos"]), (float(each[k]) for k in ("width", "height"))
+            (x, y), (w, h) = numbers(each["pos"]), (float(each[k]) for k in ("width", "height"))
             box = _centred(x, y, w * INCH, h * INCH)
             if each.get("style") != "invis":
                 layout.nodes[each["_gvid"]] = box
@@ -159,14 +171,15 @@ def _layout_of(read: Any) -> Layout:
             continue
         layout.labels += _labels_of(("edge", each.get("id", "")), "lp", each)
         for curve in each["pos"].split(";"):
-            points = tuple(_curve_points(curve))
+            points = tuple(curve_points(curve))
             xs, ys = zip(*points, strict=True)
             layout.arrows.append((Box(min(xs), min(ys), max(xs), max(ys)), points))
             layout.ends += (points[0], points[-1])
     return layout
 
 
-def _numbers(text: str) -> tuple[float, ...]:
+def numbers(text: str) -> tuple[float, ...]:
+    """Return the numbers of a list with commas."""
     return tuple(map(float, text.split(",")))
 
 
@@ -177,7 +190,7 @@ def _centred(x: float, y: float, width: float, height: float) -> Box:
 def _title(entry: Mapping[str, Any]) -> Box | None:
     if "lp" not in entry:
         return None
-    x, y = _numbers(entry["lp"])
+    x, y = numbers(entry["lp"])
     return _centred(x, y, float(entry["lwidth"]) * INCH, float(entry["lheight"]) * INCH)
 
 
@@ -186,7 +199,7 @@ def _labels_of(owner: tuple[str, str], key: str, entry: Mapping[str, Any]) -> It
     texts = [*_text_boxes(entry.get("_ldraw_", ()))]
     if key not in entry or not texts or not owner[1]:
         return
-    x, y = _numbers(entry[key])
+    x, y = numbers(entry[key])
     box = Box(
         min(t.left for t in texts), min(t.bottom for t in texts),
         max(t.right for t in texts), max(t.top for t in texts),
@@ -206,10 +219,10 @@ def _text_boxes(operations: Iterable[Mapping[str, Any]]) -> Iterator[Box]:
             yield Box(left, y - 0.25 * size, left + width, y + 0.8 * size)
 
 
-def _curve_points(text: str) -> Iterator[tuple[float, float]]:
+def curve_points(text: str) -> Iterator[tuple[float, float]]:
     """Yield points of a curve: of its arrowheads, and between the ends of its pieces."""
-    heads = {word[0]: _numbers(word[2:]) for word in text.split() if word[0] in "se"}
-    ends = _control_points(text)
+    heads = {word[0]: numbers(word[2:]) for word in text.split() if word[0] in "se"}
+    ends = control_points(text)
     if "s" in heads:
         yield heads["s"][0], heads["s"][1]
     for a, b, c, d in zip(ends[0::3], ends[1::3], ends[2::3], ends[3::3], strict=False):
@@ -228,17 +241,17 @@ def _curve_points(text: str) -> Iterator[tuple[float, float]]:
 
 # --- regions ---------------------------------------------------------------------------------
 
-_Edits = dict[tuple[str, str], dict[str, str]]
+Edits = dict[tuple[str, str], dict[str, str]]
 """New values of attributes of clusters, nodes and arrows."""
 
 
-def _equalize(layout: Layout) -> _Edits:
+def _equalize(layout: Layout) -> Edits:
     """Make the regions of each parallel state as high as all of them together."""
     groups: dict[str, list[Cluster]] = {}
     for cluster in layout.clusters.values():
         if cluster.is_region:
             groups.setdefault(cluster.parent, []).append(cluster)
-    edits: _Edits = {}
+    edits: Edits = {}
     for regions in groups.values():
         top = max(region.box.top for region in regions)
         bottom = min(region.box.bottom for region in regions)
@@ -284,13 +297,13 @@ def _of_cluster(cluster: Cluster) -> dict[str, str]:
 # --- labels ----------------------------------------------------------------------------------
 
 
-def _free_labels(layout: Layout) -> _Edits:
+def _free_labels(layout: Layout) -> Edits:
     """Move each label that stands on a border, a node or another text to the next free place."""
     borders = [cluster.box for cluster in layout.clusters.values()]
     taken = [*layout.nodes.values()]
     taken += (c.title for c in layout.clusters.values() if c.title is not None)
     boxes = [label.box for label in layout.labels]
-    edits: _Edits = {}
+    edits: Edits = {}
     for place, label in enumerate(layout.labels):
         others = [*taken, *boxes[:place], *boxes[place + 1 :]]
         if _is_free(label, label.box, borders, others):
@@ -352,7 +365,7 @@ MOVES = sorted(
 # --- the text --------------------------------------------------------------------------------
 
 
-def _edit(text: str, edits: _Edits) -> str:
+def _edit(text: str, edits: Edits) -> str:
     """Return a text of Graphviz in which attributes have other values, and which is drawn as it is.
 
     ``neato`` makes a node with two peripheries wider once more, and a drawing so large that all
@@ -360,15 +373,16 @@ def _edit(text: str, edits: _Edits) -> str:
     """
     pieces: list[tuple[int, int, str]] = []
     whole: Box | None = None
-    for owner, attributes in _statements(text):
+    for each in statements(text):
+        owner, attributes = each.owner, each.attributes
         new = dict(edits.get(owner, {}))
         if owner[0] == "graph" and whole is None and "bb" in attributes:
-            whole = Box(*_numbers(attributes["bb"].value))
+            whole = Box(*numbers(attributes["bb"].value))
         if owner[0] == "node" and _has_ring(attributes):
             new |= {k: f"{float(attributes[k].value) - RING:.5g}" for k in ("width", "height")}
         if owner[0] == "edge" and whole is not None and "pos" in attributes:
             is_seen = _value(attributes, "style") != "invis"
-            curves = attributes["pos"].value.split(";")
+            curves = new.get("pos", attributes["pos"].value).split(";")
             new["pos"] = ";".join(
                 _subdivide(c, whole) if is_seen else _straighten(c) for c in curves
             )
@@ -394,7 +408,7 @@ def _value(attributes: Mapping[str, Attribute], key: str) -> str:
 def _subdivide(curve: str, whole: Box) -> str:
     """Return a curve whose control points do not lie outside of a drawing, if it does not."""
     heads = [word for word in curve.split() if word[0] in "se"]
-    points = _control_points(curve)
+    points = control_points(curve)
     for _ in range(HALVINGS):
         if all(whole.holds(x, y) for x, y in points):
             break
@@ -404,96 +418,24 @@ def _subdivide(curve: str, whole: Box) -> str:
             abc, bcd = _middle(ab, bc), _middle(bc, cd)
             halves += (ab, abc, _middle(abc, bcd), bcd, cd, d)
         points = halves
-    return _format_curve(heads, points)
+    return format_curve(heads, points)
 
 
 def _straighten(curve: str) -> str:
     """Return a line from the start of a curve to its end."""
-    first, *_, last = _control_points(curve)
-    return _format_curve([], [first, first, last, last])
+    first, *_, last = control_points(curve)
+    return format_curve([], [first, first, last, last])
 
 
-def _format_curve(heads: Sequence[str], points: Iterable[tuple[float, ...]]) -> str:
+def format_curve(heads: Sequence[str], points: Iterable[tuple[float, ...]]) -> str:
+    """Return a curve: where its arrowheads are, and its points."""
     return " ".join((*heads, *(f"{x:.5g},{y:.5g}" for x, y in points)))
 
 
-def _control_points(curve: str) -> list[tuple[float, ...]]:
+def control_points(curve: str) -> list[tuple[float, ...]]:
     """Return the control points of a curve, without those of arrowheads."""
-    return [_numbers(word) for word in curve.split() if word[0] not in "se"]
+    return [numbers(word) for word in curve.split() if word[0] not in "se"]
 
 
 def _middle(one: tuple[float, ...], other: tuple[float, ...]) -> tuple[float, ...]:
     return tuple((a + b) / 2 for a, b in zip(one, other, strict=True))
-
-
-class Attribute(NamedTuple):
-    """A value of an attribute, and its place in a text."""
-
-    value: str
-    start: int
-    end: int
-
-
-def _statements(text: str) -> Iterator[tuple[tuple[str, str], dict[str, Attribute]]]:
-    """Yield the graphs, nodes and arrows of a text, each with its attributes.
-
-    A graph is known by its name, an arrow by its id.
-    """
-    stack: list[str] = []
-    head: list[str] = []
-    tokens = _tokens(text)
-    for word, _, _ in tokens:
-        if word == "{":
-            stack.append(head[-1] if head else "")
-            head = []
-        elif word == "}":
-            stack.pop()
-            head = []
-        elif word == ";":
-            head = []
-        elif word == "[":
-            found = _attributes(tokens)
-            if "->" in head:
-                yield ("edge", _value(found, "id")), found
-            elif head == ["graph"]:
-                yield ("graph", stack[-1]), found
-            elif head not in (["node"], ["edge"]):
-                yield ("node", head[0]), found
-        else:
-            head.append(_plain(word))
-
-
-def _attributes(tokens: Iterator[tuple[str, int, int]]) -> dict[str, Attribute]:
-    found: dict[str, Attribute] = {}
-    key = ""
-    for word, start, end in tokens:
-        if word == "]":
-            break
-        if word in ",;":
-            key = ""
-        elif word != "=":
-            if key:
-                found[key] = Attribute(_plain(word), start, end)
-            else:
-                key = _plain(word)
-    return found
-
-
-def _tokens(text: str) -> Iterator[tuple[str, int, int]]:
-    """Yield the tokens of a text with their places; markup in brackets is one."""
-    at = 0
-    while (found := TOKEN.search(text, at)) is not None:
-        at = found.end()
-        if found[0] == "<":
-            depth = 1
-            while depth:
-                at = min(k for k in (text.find("<", at), text.find(">", at)) if k >= 0) + 1
-                depth += 1 if text[at - 1] == "<" else -1
-            yield text[found.start() : at], found.start(), at
-        else:
-            yield found[0], found.start(), at
-
-
-def _plain(token: str) -> str:
-    """Return a token without quotes, and without the breaks of a long one."""
-    return token[1:-1].replace("\\\n", "") if token.startswith('"') else token

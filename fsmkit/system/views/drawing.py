@@ -10,6 +10,8 @@ from fsmkit.chart.drawing.drawing import Drawing
 from fsmkit.chart.drawing.fitting import fitted
 from fsmkit.chart.drawing.graphviz.engine import BITMAPS, run_graphviz
 from fsmkit.chart.drawing.layout import improve_layout
+from fsmkit.chart.drawing.positions.placement import Placement
+from fsmkit.chart.drawing.positions.redraw import redraw
 from fsmkit.chart.drawing.states.boxes import boxed, composites
 from fsmkit.chart.drawing.states.dot.draw import (
     AREAS,
@@ -80,10 +82,7 @@ def draw(
     suffix = path.suffix.lower()
     drawing = plugin(Drawing, "dot") if suffix in PICTURES else plugin_for(Drawing, path)
     if isinstance(model, Chart):
-        copied, marked = folded(model, unfolded, active)
-        names = {model.states[state].id for state in fold}
-        boxes = (state.index for state in copied.states if state.id in names)
-        shown = boxed(copied, boxes)
+        shown, marked = _drawn_chart(model, active, unfolded, fold)
         if suffix in PICTURES and len(shown.states) - 1 > MOST_PICTURED:
             raise fail(
                 "drawing-failed",
@@ -101,6 +100,42 @@ def draw(
             help=f"draw `.dot`, {', '.join(f'`{known}`' for known in PICTURES)}; or a chart",
         )
     return _picture(text, suffix[1:]) if suffix in PICTURES else text
+
+
+def draw_kept(
+    chart: Chart,
+    placement: Placement | None,
+    active: frozenset[int] = frozenset(),
+    unfolded: Collection[str] = (ALL,),
+    fold: frozenset[int] = frozenset(),
+) -> tuple[str, Placement]:
+    """Return a drawing in SVG that keeps the positions of an earlier one, and its own.
+
+    Args:
+        chart: The chart.
+        placement: The positions of an earlier drawing; None for a whole new layout.
+        active: Highlighted states.
+        unfolded: The copies of used charts that are drawn whole.
+        fold: States that are drawn as boxes without their content.
+
+    Raises:
+        FsmkitError: ``missing-graphviz``, ``drawing-failed``.
+
+    """
+    shown, marked = _drawn_chart(chart, active, unfolded, fold)
+    text = plugin(Drawing, "dot").draw(shown, marked)
+    redrawn = redraw(shown, text, placement)
+    return _svg(redrawn.text), redrawn.placement
+
+
+def _drawn_chart(
+    chart: Chart, active: frozenset[int], unfolded: Collection[str], fold: frozenset[int]
+) -> tuple[Chart, frozenset[int]]:
+    """Return the chart with folded copies and states, and the highlighted states in it."""
+    copied, marked = folded(chart, unfolded, active)
+    names = {chart.states[state].id for state in fold}
+    boxes = (state.index for state in copied.states if state.id in names)
+    return boxed(copied, boxes), marked
 
 
 def states_named(model: Model, names: Iterable[str]) -> frozenset[int]:
@@ -227,5 +262,9 @@ def _picture(text: str, kind: str) -> bytes:
     layout = improve_layout(run_graphviz(text, ("dot", "json")))
     if kind != "svg":
         return run_graphviz(layout, (kind,), "neato -n2")
-    svg = fitted(run_graphviz(layout, ("svg", "json"), "neato -n2"))
-    return with_dark_colours(svg).encode()
+    return _svg(layout).encode()
+
+
+def _svg(layout: str) -> str:
+    """Return the drawing of a layout, in whose dark form the colours differ."""
+    return with_dark_colours(fitted(run_graphviz(layout, ("svg", "json"), "neato -n2")))

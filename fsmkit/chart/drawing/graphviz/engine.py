@@ -65,14 +65,22 @@ def why_no_drawing() -> str | None:
 
 
 def _run_program(text: str, formats: Sequence[str], layout: Layout, seconds: float | None) -> bytes:
-    command = [*layout.split(), *(f"-T{kind}" for kind in formats)]
+    import graphviz
+
+    engine, *options = layout.split()
+    command = [engine, *options, *(f"-T{kind}" for kind in formats)]
     try:
+        if len(formats) == 1 and seconds is None:
+            source = graphviz.Source(text, engine=engine)
+            is_placed = bool(options)
+            return bytes(source.pipe(format=formats[0], neato_no_op=2 * is_placed, quiet=True))
+        # several formats of one layout, which the package does not have
         done = subprocess.run(
             command, input=text.encode(), capture_output=True, check=True, timeout=seconds
         )
     except (subprocess.SubprocessError, OSError) as error:
         message = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip()
-        raise _failed(f"`{command[0]}`", message.splitlines()[0] if message else error) from error
+        raise _failed(f"`{engine}`", message.splitlines()[0] if message else error) from error
     return done.stdout
 
 

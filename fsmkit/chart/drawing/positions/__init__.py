@@ -1,0 +1,1 @@
+"""Drawings that keep their positions while the chart is edited."""
