@@ -11,6 +11,7 @@ from fsmkit.diagnostics import Text
 from fsmkit.document import keys
 from fsmkit.document.document import (
     DocData,
+    DocEntry,
     DocInvoke,
     DocMember,
     DocState,
@@ -53,11 +54,8 @@ def _add_chart(root: etree._Element, document: Document) -> None:
     put(root, "datamodel", document.datamodel)
     _put_keys(root, document, keys.CHART)
     _add_doc(root, document.doc)
-    _add_declarations(root, document)
-    for entry in document.entries:
-        element = add(root, extension("entry"))
-        put(element, "name", entry.name)
-        put(element, "target", joined(entry.targets))
+    add_declarations(root, document)
+    add_entries(root, document.entries)
     add_properties(root, document.properties)
     if document.environment is not None:
         add_environment(root, document.environment)
@@ -65,7 +63,7 @@ def _add_chart(root: etree._Element, document: Document) -> None:
         add_script(root, document.script)
     _add_initial(root, document.root.initial)
     for state in document.root.children:
-        _add_state(root, state)
+        add_state(root, state)
     for state in document.refine:
         element = add(root, extension("refine"))
         put(element, "state", state.id)
@@ -113,9 +111,9 @@ def _add_keys(element: etree._Element, part: object, *rows: Key) -> None:
         name = word if word == local else extension(local)
         match row.form, getattr(part, row.field):
             case Form.DATA, variables if word == "datamodel":
-                _add_variables(add(element, name), "data", extension("type"), variables)
+                add_variables(add(element, name), "data", extension("type"), variables)
             case Form.DATA, variables:
-                _add_variables(element, name, "type", variables)
+                add_variables(element, name, "type", variables)
             case Form.HANDLERS, blocks:
                 for block in blocks:
                     add_statements(add(element, name), block)
@@ -123,9 +121,10 @@ def _add_keys(element: etree._Element, part: object, *rows: Key) -> None:
                 add_statements(add(element, name), block)
 
 
-def _add_variables(
+def add_variables(
     parent: etree._Element, name: str, type_name: str, variables: Iterable[DocData]
 ) -> None:
+    """Write variables as elements of a name, with the type in the attribute ``type_name``."""
     for variable in variables:
         element = add(parent, name)
         put(element, "id", variable.name)
@@ -136,7 +135,16 @@ def _add_variables(
 # --- declarations -----------------------------------------------------------------------------
 
 
-def _add_declarations(root: etree._Element, document: Document) -> None:
+def add_entries(root: etree._Element, entries: Iterable[DocEntry]) -> None:
+    """Write entry points."""
+    for entry in entries:
+        element = add(root, extension("entry"))
+        put(element, "name", entry.name)
+        put(element, "target", joined(entry.targets))
+
+
+def add_declarations(root: etree._Element, document: Document) -> None:
+    """Write the declarations of a chart, except its entry points and properties."""
     for type_ in document.types:
         element = add(root, extension("type"))
         put(element, "name", type_.name)
@@ -192,7 +200,8 @@ def _result(type_: Text | None) -> str:
 # --- states -----------------------------------------------------------------------------------
 
 
-def _add_state(parent: etree._Element, state: DocState) -> None:
+def add_state(parent: etree._Element, state: DocState) -> None:
+    """Write a state with all inside it."""
     name = TAGS.get(state.kind, "state")
     element = add(parent, name)
     put(element, "id", state.id)
@@ -214,7 +223,7 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
     _add_keys(element, state, keys.STATE["data"])
     if etree.QName(element).localname == "history":
         if state.initial is not None:
-            _add_transition(element, state.initial)
+            add_transition(element, state.initial)
     else:
         is_in_use = state.use is not None and _is_attribute(state.initial)
         if state.use is not None:
@@ -222,11 +231,11 @@ def _fill_state(element: etree._Element, state: DocState, usual: Kind) -> None:
         _add_initial(element, None if is_in_use else state.initial)
     _add_keys(element, state, keys.STATE["entry"], keys.STATE["exit"])
     for transition in state.transitions:
-        _add_transition(element, transition)
+        add_transition(element, transition)
     for invoke in state.invokes:
         _add_invoke(element, invoke)
     for child in state.children:
-        _add_state(element, child)
+        add_state(element, child)
     if state.done_data or state.done_content is not None:
         done = add(element, "donedata")
         add_params(done, state.done_data)
@@ -240,7 +249,7 @@ def _add_initial(element: etree._Element, initial: DocTransition | None) -> None
     if _is_attribute(initial):
         put(element, "initial", joined(initial.targets))
     else:
-        _add_transition(add(element, "initial"), initial)
+        add_transition(add(element, "initial"), initial)
 
 
 def _is_attribute(initial: DocTransition | None) -> bool:
@@ -268,7 +277,8 @@ def _add_use(parent: etree._Element, use: DocUse, initial: DocTransition | None)
                 add(one, "script")
 
 
-def _add_transition(parent: etree._Element, transition: DocTransition) -> None:
+def add_transition(parent: etree._Element, transition: DocTransition) -> None:
+    """Write a transition of a state, or the one of an initial state or a history."""
     element = add(parent, "transition")
     put(element, "event", joined(transition.events))
     marks: Mapping[str, str | Text | None] = {

@@ -37,14 +37,15 @@ def render(tree: dict[str, Tree]) -> str:
     text = ""
     was_large = False
     for key, value in tree.items():
-        part = "\n".join(_entry(key, value, ""))
+        part = "\n".join(entry_lines(key, value, ""))
         is_large = "\n" in part and not isinstance(value, Prose)
         text += ("\n" if text and (was_large or is_large) else "") + part + "\n"
         was_large = is_large
     return text
 
 
-def _entry(key: str, value: Tree, margin: str) -> Iterator[str]:
+def entry_lines(key: str, value: Tree, margin: str) -> Iterator[str]:
+    """Yield the lines of an entry of a mapping, in a block at a margin."""
     head = f"{margin}{scalar(key)}:"
     if len(head) > LONGEST_KEY:
         yield f"{margin}? {scalar(key)}"
@@ -61,15 +62,20 @@ def _entry(key: str, value: Tree, margin: str) -> Iterator[str]:
         yield head
         yield from _lines(bare, margin + STEP)
     else:
-        first, *rest = _text(bare, margin + STEP, len(head) + 1)
+        first, *rest = text_lines(bare, margin + STEP, len(head) + 1)
         yield f"{head} {first}" if first else head
         yield from rest
+
+
+def item_lines(item: Tree, margin: str) -> Iterator[str]:
+    """Yield the lines of an item of a list, in a block at a margin."""
+    return _lines([item], margin)
 
 
 def _lines(tree: dict[str, Tree] | list[Tree], margin: str) -> Iterator[str]:
     if isinstance(tree, dict):
         for key, value in tree.items():
-            yield from _entry(key, value, margin)
+            yield from entry_lines(key, value, margin)
         return
     for item in tree:
         flow = _flow(item) if isinstance(item, Short) else None
@@ -87,12 +93,12 @@ def _lines(tree: dict[str, Tree] | list[Tree], margin: str) -> Iterator[str]:
             yield f"{margin}- {opening}"
             yield from lines[1:]
         else:
-            first, *rest = _text(bare, margin + STEP, len(margin) + 2)
+            first, *rest = text_lines(bare, margin + STEP, len(margin) + 2)
             yield f"{margin}- {first}"
             yield from rest
 
 
-def _text(value: str | Prose, margin: str, column: int) -> list[str]:
+def text_lines(value: str | Prose, margin: str, column: int) -> list[str]:
     """Return a text as the rest of a line, or as a block on the lines that follow."""
     text = value if isinstance(value, str) else value.text
     if not text:

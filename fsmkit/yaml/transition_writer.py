@@ -52,18 +52,18 @@ def transitions(given: tuple[DocTransition, ...], *, is_choice: bool) -> dict[st
     tree: dict[str, Tree] = {"choice": []} if is_choice and "choice" not in dict(labelled) else {}
     grouped = [(key, [one for _, one in group]) for key, group in groupby(labelled, lambda k: k[0])]
     labels = [
-        (key, [label for label, _ in groupby(_label(one) for one in group)])
+        (key, [label for label, _ in groupby(label_text(one) for one in group)])
         for key, group in grouped
     ]
     is_sorted = len({key for key, _ in grouped}) == len(grouped) and all(
         None not in of and len(set(of)) == len(of) for _, of in labels
     )
     if not is_sorted:
-        listed = [Short({**_wait(one), **write_keys(one, keys.TRANSITION)}) for one in given]
+        listed = [with_trigger(one) for one in given]
         return {**tree, "transitions": [*listed]}
     for key, group in grouped:
         if key in ("on", "after", "every"):
-            by_label = groupby(group, lambda one: _label(one) or "")
+            by_label = groupby(group, lambda one: label_text(one) or "")
             entries: dict[str, Tree] = {label: _listed(list(some)) for label, some in by_label}
             lonely = len(entries) == 1 and all(isinstance(e, str) for e in entries.values())
             tree[key] = Short(entries) if lonely else entries
@@ -73,7 +73,7 @@ def transitions(given: tuple[DocTransition, ...], *, is_choice: bool) -> dict[st
     return tree
 
 
-def _label(transition: DocTransition) -> str | None:
+def label_text(transition: DocTransition) -> str | None:
     """Return the key of a transition; None if its trigger cannot be a key."""
     match transition.trigger:
         case Trigger.EVENT:
@@ -88,7 +88,12 @@ def _label(transition: DocTransition) -> str | None:
     return text if text and is_sound and "\n" not in text and len(text) <= LONGEST_KEY else None
 
 
-def _wait(transition: DocTransition) -> dict[str, Tree]:
+def with_trigger(transition: DocTransition) -> Short:
+    """Return an entry of ``transitions``: the key of its trigger, and those of any transition."""
+    return Short({**trigger_keys(transition), **write_keys(transition, keys.TRANSITION)})
+
+
+def trigger_keys(transition: DocTransition) -> dict[str, Tree]:
     """Return the trigger keys of an entry of ``transitions``."""
     key = KEYS[transition.trigger]
     match transition.trigger:
@@ -100,13 +105,14 @@ def _wait(transition: DocTransition) -> dict[str, Tree]:
             return {key: "true"}
 
 
+def without_trigger(transition: DocTransition) -> Tree:
+    """Return a transition without its trigger: its target, or its keys."""
+    parts = write_keys(transition, keys.TRANSITION)
+    target = parts.get("target")
+    return target if list(parts) == ["target"] and isinstance(target, str) else Short(parts)
+
+
 def _listed(group: list[DocTransition]) -> Tree:
     """Return transitions with the same trigger: a single one, or a list."""
-    found: list[Tree] = []
-    for one in group:
-        parts = write_keys(one, keys.TRANSITION)
-        target = parts.get("target")
-        found.append(
-            target if list(parts) == ["target"] and isinstance(target, str) else Short(parts)
-        )
+    found: list[Tree] = [without_trigger(one) for one in group]
     return found if len(found) != 1 else found[0]

@@ -1,0 +1,1 @@
+"""Operations on charts as edits of their YAML and SCXML files."""
