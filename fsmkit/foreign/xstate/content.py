@@ -157,7 +157,7 @@ class Content:
         depth: int = 0,
         params: Record | None = None,
     ) -> Guard | None:
-        """Return the condition of a guard; None if there is none."""
+        """Return the condition of a guard; None without a guard."""
         if value is None:
             return None
         if depth > DEEPEST:
@@ -360,7 +360,7 @@ class Content:
         return name, ", ".join(each.text for _, each in typed)
 
     def note_opaque(self, name: str, text: str, span: Span, role: Role = Role.ACTION) -> None:
-        """Record what an operation of the host stands for."""
+        """Record what an operation of the host represents."""
         self.opaque.setdefault(name, OpaqueContent(name, Text(text, span, ()), role))
 
     def _parameter(self, name: str) -> str:
@@ -379,10 +379,10 @@ class Content:
             case Record(fields):
                 for key, value in fields:
                     variable = self.variables.get(key.value)
-                    wanted = None if variable is None else variable[0].type
+                    expected = None if variable is None else variable[0].type
                     found = literal(value)
                     if isinstance(value, Code) and variable is not None:
-                        found = translate(value, scope, wanted)
+                        found = translate(value, scope, expected)
                     parts.append((key.value, found, value))
             case Code():
                 listed = self._returned(given, scope)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from fsmkit.foreign.xstate.script import FUNCTIONS, Script, arguments, unwrapped
-from fsmkit.foreign.xstate.values import Code, Constant, Number, String, Value
+from fsmkit.foreign.xstate.script import FUNCTIONS, arguments, unwrapped
+from fsmkit.foreign.xstate.values import Code, Constant, Number, Program, String, Value
 
 INT, FLOAT, BOOL, SYMBOL = "int32", "float64", "bool", "symbol"
 LARGEST_INT = 2**31 - 1
@@ -64,7 +64,7 @@ def literal(value: Value) -> Typed | None:
             return None
 
 
-def function_of(script: Script, node: Any) -> tuple[Roles, Any] | None:
+def function_of(script: Program, node: Any) -> tuple[Roles, Any] | None:
     """Return the parameters of a function of ``{context, event}`` and the expression it returns."""
     node = unwrapped(node)
     if node.type not in FUNCTIONS or node.type.startswith("generator"):
@@ -81,7 +81,7 @@ def function_of(script: Script, node: Any) -> tuple[Roles, Any] | None:
     return None if body is None or roles is None else (roles, unwrapped(body))
 
 
-def _roles(script: Script, node: Any) -> Roles | None:
+def _roles(script: Program, node: Any) -> Roles | None:
     single = node.child_by_field_name("parameter")
     if single is not None:
         return {script.text(single): ()}
@@ -98,7 +98,7 @@ def _roles(script: Script, node: Any) -> Roles | None:
 
 
 def _bind(
-    script: Script, pattern: Any, base: tuple[str, ...], found: dict[str, tuple[str, ...]]
+    script: Program, pattern: Any, base: tuple[str, ...], found: dict[str, tuple[str, ...]]
 ) -> bool:
     match pattern.type:
         case "identifier":
@@ -123,29 +123,29 @@ def _bind(
 class Translation:
     """Translates expressions of one function."""
 
-    script: Script
+    script: Program
     roles: Roles
     scope: Scope
 
-    def expression(self, node: Any, wanted: str | None = None, depth: int = 0) -> Typed | None:
+    def expression(self, node: Any, expected: str | None = None, depth: int = 0) -> Typed | None:
         """Return an expression; None where the chart's language has no equal one.
 
-        ``wanted`` is the type of a field of the event whose type nothing else decides.
+        ``expected`` is the type of a field of the event that nothing else determines.
         """
         node = unwrapped(node)
         if depth > DEEPEST:
             return None
         match node.type:
             case "identifier" | "member_expression":
-                return self._name(node, wanted)
+                return self._name(node, expected)
             case "true" | "false" | "number" | "string" | "template_string":
                 return literal(self.script.value(node))
             case "unary_expression":
                 return self._unary(node, depth)
             case "binary_expression":
-                return self._binary(node, wanted, depth)
+                return self._binary(node, expected, depth)
             case "ternary_expression":
-                return self._conditional(node, wanted, depth)
+                return self._conditional(node, expected, depth)
             case "call_expression":
                 return self._call(node, depth)
             case _:
@@ -164,7 +164,7 @@ class Translation:
             case _:
                 return None
 
-    def _name(self, node: Any, wanted: str | None) -> Typed | None:
+    def _name(self, node: Any, expected: str | None) -> Typed | None:
         path = self.path(node)
         match path:
             case ("context", name):
@@ -173,7 +173,7 @@ class Translation:
                 fields = self.scope.fields
                 if fields is None:
                     return None
-                kind = fields.setdefault(name, wanted or INT)
+                kind = fields.setdefault(name, expected or INT)
                 return Typed(f"event.{name}", kind, is_atom=True)
             case ("params", name):
                 value = self.scope.params.get(name)
@@ -207,12 +207,12 @@ class Translation:
                     return Typed(f"-{found.operand}", found.type)
         return None
 
-    def _binary(self, node: Any, wanted: str | None, depth: int) -> Typed | None:
+    def _binary(self, node: Any, expected: str | None, depth: int) -> Typed | None:
         left, right = node.child_by_field_name("left"), node.child_by_field_name("right")
         sign = self.script.text(node.child_by_field_name("operator"))
         if sign in ("&&", "||"):
             first, second = self.condition(left, depth + 1), self.condition(right, depth + 1)
-            if wanted != BOOL or first is None or second is None:
+            if expected != BOOL or first is None or second is None:
                 return None
             word = "and" if sign == "&&" else "or"
             return Typed(f"{first.operand} {word} {second.operand}", BOOL)
@@ -244,10 +244,10 @@ class Translation:
         first = self.expression(left, None, depth + 1)
         return first, self.expression(right, first.type if first else None, depth + 1)
 
-    def _conditional(self, node: Any, wanted: str | None, depth: int) -> Typed | None:
+    def _conditional(self, node: Any, expected: str | None, depth: int) -> Typed | None:
         test = self.condition(node.child_by_field_name("condition"), depth + 1)
-        one = self.expression(node.child_by_field_name("consequence"), wanted, depth + 1)
-        other = self.expression(node.child_by_field_name("alternative"), wanted, depth + 1)
+        one = self.expression(node.child_by_field_name("consequence"), expected, depth + 1)
+        other = self.expression(node.child_by_field_name("alternative"), expected, depth + 1)
         if test is None or one is None or other is None or one.type != other.type:
             return None
         return Typed(f"{one.operand} if {test.operand} else {other.operand}", one.type)
@@ -264,15 +264,17 @@ class Translation:
         return Typed(f"{name}({', '.join(each.text for each in values)})", kind, is_atom=True)
 
 
-def translate(code: Code, scope: Scope, wanted: str | None) -> Typed | None:
-    """Return the expression that a function returns, with a type if that is wanted."""
+def translate(code: Code, scope: Scope, expected: str | None) -> Typed | None:
+    """Return the expression that a function returns, of a type if one is expected."""
     found = function_of(code.script, code.node)
     if found is None:
         return None
     fields = None if scope.fields is None else dict(scope.fields)
     translation = Translation(code.script, found[0], replace(scope, fields=fields))
-    is_test = wanted == BOOL
-    value = translation.condition(found[1]) if is_test else translation.expression(found[1], wanted)
+    is_test = expected == BOOL
+    value = (
+        translation.condition(found[1]) if is_test else translation.expression(found[1], expected)
+    )
     if value is not None and fields is not None and scope.fields is not None:
         scope.fields.update(fields)
     return value

@@ -141,7 +141,7 @@ class _Builder:
                 yield _Event(f"xstate.done.state.{state.id}", f"done.state.{state.index}", False)
 
     def _others(self) -> Iterator[_Event]:
-        """Yield an event for all that a wildcard matches and no name declares."""
+        """Yield an event for each wildcard, which represents the events that nothing declares."""
         if self.machine.declared:
             return
         wildcards = {k.value: k for s in self.machine.states for k, _ in s.on if "*" in k.value}

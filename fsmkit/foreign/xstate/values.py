@@ -5,12 +5,31 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
-from fsmkit.diagnostics import Span, Text
+from fsmkit.diagnostics import Source, Span, Text
 
-if TYPE_CHECKING:
-    from fsmkit.foreign.xstate.script import Script
+
+class Program(Protocol):
+    """The program that an expression is in; nodes are those of its syntax tree."""
+
+    source: Source
+
+    def text(self, node: Any) -> str:
+        """Return the source text of a node."""
+        ...
+
+    def span(self, node: Any) -> Span:
+        """Return the location of a node."""
+        ...
+
+    def value(self, node: Any, depth: int = 0) -> Value:
+        """Return the value of an expression, with constants of the file in their place."""
+        ...
+
+    def resolve(self, node: Any, depth: int = 0) -> Any:
+        """Return the initial value of a constant, or of a member of one; else the node itself."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +103,11 @@ class Call:
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """Any other expression, such as a function; `script` has the tree that `node` belongs to."""
+    """Any other expression, such as a function: a node of the tree of its program."""
 
     span: Span
-    script: Script
-    node: object
+    script: Program
+    node: Any
 
     @property
     def text(self) -> str:

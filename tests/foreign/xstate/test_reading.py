@@ -78,7 +78,7 @@ def test_a_program_becomes_a_chart() -> None:
 
 
 def test_conversion_is_stable() -> None:
-    """What is written as YAML reads back to an equal document."""
+    """The YAML of an import reads back to an equal document."""
     from fsmkit.yaml.reader import read_document
 
     found, _ = read(DOOR)
