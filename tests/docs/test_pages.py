@@ -20,6 +20,7 @@ PAGES = (
     pytest.param("tutorial/existing-driver", 14, "cc cmake libclang", marks=EXTERNAL),
     pytest.param("how-to/existing-c", 10, "cc libclang"),
     pytest.param("how-to/import-qm", 6, "cc"),
+    pytest.param("how-to/import-mermaid", 3, "cc"),
     pytest.param("how-to/import-statesmith", 4, "cc"),
     pytest.param("how-to/simulate", 2, ""),
     pytest.param("how-to/certify", 4, "cc arm-none-eabi-gcc unicorn", marks=EXTERNAL),
