@@ -39,6 +39,12 @@ Examples:
     default="",
     help="Build with this compiler and flags (default: this computer's).",
 )
+@path_option(
+    "--elf",
+    "firmware",
+    metavar="FILE",
+    help="Certify the machine in this firmware, built by --cc with -g.",
+)
 @click.option(
     "--optimize",
     "form",
@@ -75,6 +81,7 @@ Examples:
 def command(
     file: Path | None,
     compiler: str,
+    firmware: Path | None,
     form: str | None,
     prefix: str | None,
     out: Path,
@@ -104,6 +111,7 @@ def command(
     request = Request(
         tuple(shlex.split(compiler)), limit=limit, timeout=timeout, form=form or "", prefix=prefix,
         parameters=reading.of(file).parameters,
+        firmware=firmware,
     )  # fmt: skip
     document = _certificate_of(file, request, findings, reading, is_quiet=as_json)
     write_files({
@@ -173,6 +181,7 @@ def _verify(
             form="" if form == "default" else form,
             prefix=document["prefix"],
             parameters=parameters,
+            firmware=None if document["firmware"] is None else Path(document["firmware"]["file"]),
         )
         new = _certificate_of(source, request, findings, reading, is_quiet=as_json)
         found = [

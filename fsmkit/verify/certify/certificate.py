@@ -43,7 +43,7 @@ def certificate(
     objects: Mapping[str, bytes],
 ) -> dict[str, Any]:
     """Return the certificate of a comparison, sealed by its hash."""
-    program = comparison.program
+    program, absent = comparison.program, comparison.steps.absent
     names = [name for name in program.shipped if name in program.files]
     result = COMPLETE if comparison.is_complete else PARTIAL
     if comparison.differences:
@@ -80,7 +80,9 @@ def certificate(
             {"step": str(d.step), "path": list(map(str, d.path)), "what": d.what}
             for d in comparison.differences
         ],
-        "assumptions": assumptions(comparison, processor, is_firmware=request.firmware is not None),
+        "assumptions": assumptions(
+            comparison, processor, absent, is_firmware=request.firmware is not None
+        ),
         "versions": _versions(processor),
         "seconds": {
             name: round(getattr(comparison.seconds, name), 1)
@@ -164,7 +166,11 @@ def maxima(comparison: Comparison, processor: Processor | None) -> list[dict[str
 
 
 def assumptions(
-    comparison: Comparison, processor: Processor | None, *, is_firmware: bool
+    comparison: Comparison,
+    processor: Processor | None,
+    absent: Sequence[str],
+    *,
+    is_firmware: bool,
 ) -> list[str]:
     """Return what a certificate takes for granted, a sentence each."""
     found = [
@@ -192,6 +198,9 @@ def assumptions(
         )
     if processor is not None and processor.taken:
         found.append("Cycles: memory never waits, and a multiplication takes one cycle.")
+    if absent:
+        functions = ", ".join(f"`{comparison.program.prefix}_{name}`" for name in absent)
+        found.append(f"The firmware does not contain {functions}; these are not compared.")
     if not comparison.program.is_default:
         found.append("The machine was generated with `--with save`, which numbers its strings.")
     return found

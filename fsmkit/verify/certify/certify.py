@@ -11,14 +11,16 @@ from fsmkit.chart.chart import Chart
 from fsmkit.codegen.c.compiler import find_compiler
 from fsmkit.codegen.c.limits import require_limits
 from fsmkit.codegen.c.options import Options, read_options
+from fsmkit.diagnostics import fail
 from fsmkit.verify.certify.certificate import certificate, changes
 from fsmkit.verify.certify.comparison import Executions, Progress, Request, compare
-from fsmkit.verify.certify.emulator import Emulator, image_of, require_emulator
+from fsmkit.verify.certify.emulator import Emulator, Image, image_of, require_emulator
+from fsmkit.verify.certify.firmware import load_firmware
 from fsmkit.verify.certify.host import HostMachine
 from fsmkit.verify.certify.layout import Translation
 from fsmkit.verify.certify.processors import Processor
 from fsmkit.verify.certify.program import Program, program_of
-from fsmkit.verify.certify.target import Binary, build, probed
+from fsmkit.verify.certify.target import build, probed
 
 TAKEN_FLAGS = ("-O", "-D", "-U", "-std", "-f")
 """The flags of a cross compiler that the compiler of this computer gets, too."""
@@ -51,12 +53,22 @@ def _certify(
         require_emulator()
         processor = probed(command, cross)
     own_command = command if processor is None else [*find_compiler(), *_shared_flags(command)]
-    binary = None
-    if processor is not None:
+    image, binary = None, None
+    absent: tuple[str, ...] = ()
+    if request.firmware is not None:
+        if processor is None:
+            raise fail(
+                "certify-elf", "a firmware is executed in the emulator, but no compiler is given",
+                help="name the compiler of the firmware and its flags with `--cc`",
+            )  # fmt: skip
+        found = load_firmware(request.firmware, program, processor, command, cross)
+        image, absent = found.image, found.absent
+    elif processor is not None:
         binary = build(program, cross, command)
-    with HostMachine(program, own, own_command) as host:
-        executions = _executions(program, host, own, binary, processor)
-        comparison = compare(chart, program, executions, request, progress)
+        image = image_of(binary.path, program.prefix)
+    with HostMachine(program, own, own_command, absent) as host:
+        executions = _executions(program, host, own, image, processor)
+        comparison = compare(chart, program, executions, request, progress, absent)
     return certificate(
         chart, comparison, request, processor=processor, command=command, host_command=own_command,
         binary=binary, objects=host.objects,
@@ -75,16 +87,15 @@ def _executions(
     program: Program,
     host: HostMachine,
     folder: Path,
-    binary: Binary | None,
+    image: Image | None,
     processor: Processor | None,
 ) -> Executions:
     figures = program.machine.figures
     size, saved = figures["struct_bytes"], figures["saved_bytes"] + 1
-    if binary is None or processor is None:
+    if image is None or processor is None:
         return Executions(host, None, None, None, None, size, saved)
-    image = image_of(binary.path, program.prefix)
     own = image_of(folder / "host", program.prefix).layout
-    payloads = _payloads(program)
+    payloads = program.payloads
     return Executions(
         host,
         Emulator(image, processor, folder),
@@ -94,18 +105,6 @@ def _executions(
         size,
         saved,
     )
-
-
-def _payloads(program: Program) -> dict[str, dict[int, str]]:
-    """Return for each type of events the member of the payload that an event uses."""
-    return {
-        names.prefix: {
-            event.index + 1: names.payloads[event.index]
-            for event in names.chart.events
-            if event.fields
-        }
-        for names, _ in program.machine.family
-    }
 
 
 def options_of(form: str) -> Options:

@@ -7,7 +7,7 @@ explored breadth first, so the path to each state is a shortest one.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -130,11 +130,15 @@ def compare(
     executions: Executions,
     request: Request,
     progress: Progress | None,
+    absent: Sequence[str] = (),
 ) -> Comparison:
-    """Explore a chart and compare all executions of each step."""
+    """Explore a chart and compare all executions of each step.
+
+    ``absent``: the functions of the machine that are not called.
+    """
     system = replace(system_of(chart), properties=())
     closed = close(system, untimed=True, keeps_dead=True)
-    steps = Steps(chart, closed, program.names, partition_of(system), request.seed)
+    steps = Steps(chart, closed, program.names, partition_of(system), request.seed, absent)
     found = Comparison(program, closed, steps, [steps.initial()], [(0, "")])
     numbers = {steps.initial(): 0}
     started = time.monotonic()

@@ -20,7 +20,7 @@ RELOCATED = (".got", ".data.rel.ro", ".toc", ".constants")
 PAGE = 0x1000
 STACK = 0x10000
 """The bytes of the stack."""
-MOST_RANGES, MOST_RECORDS = 16, 32768
+MOST_RANGES, MOST_RECORDS, MOST_REDIRECTED = 16, 32768, 1024
 INSTRUCTIONS = 20_000_000
 """The instructions of one step before it counts as endless."""
 HOOK_CODE, HOOK_MEMORY = 4, 1024 | 2048
@@ -66,6 +66,9 @@ class _Probe(ctypes.Structure):
         ("top", ctypes.c_uint64),
         ("next", ctypes.c_uint64),
         ("was_active", ctypes.c_bool),
+        ("redirected_address", ctypes.c_uint64),
+        ("redirected", ctypes.c_uint32),
+        ("redirect", _Range * MOST_REDIRECTED),
         ("records", _Record * MOST_RECORDS),
     )
 
@@ -101,6 +104,8 @@ class Image:
     """Addresses and sizes of code and constants, which a machine may read."""
     symbols: Mapping[str, Symbol]
     layout: Layout
+    redirected: tuple[tuple[int, int], ...] = ()
+    """Addresses of functions, each with that of the function that is called in its place."""
 
 
 def image_of(path: Path, struct: str) -> Image:
@@ -252,7 +257,7 @@ class Emulator:
         probe.stack, probe.limit = self._stack, INSTRUCTIONS
         probe.taken = self.processor.taken
         writable = ["fsm_machine", "fsm_seen", "fsm_deadline"]
-        for name in writable:
+        for name in filter(symbols.__contains__, writable):
             at = symbols[name]
             probe.write[probe.writable] = _Range(at.address, at.address + at.size)
             probe.writable += 1
@@ -273,7 +278,14 @@ class Emulator:
         probe.status_register = self._number(status) if status else -1
         probe.pc_register = self._number(self.processor.counter)
         prepare = self._address("certify_prepare") & ~1
+        for number, (start, to) in enumerate(self.image.redirected[:MOST_REDIRECTED]):
+            probe.redirect[number] = _Range(start, to)
+            probe.redirected += 1
+        redirected = [
+            (HOOK_CODE, "probe_redirect", start, start) for start, _ in self.image.redirected
+        ]
         for kind, name, first, last in (
+            *redirected,
             (HOOK_CODE, "probe_request", prepare, prepare),
             (HOOK_CODE, "probe_code", probe.driver.end, ANYWHERE),
             (HOOK_CODE, "probe_code", 0, probe.driver.start - 1),

@@ -32,8 +32,14 @@ class Answers:
 class HostMachine:
     """A machine in a process of its own, so that a crash there is a finding."""
 
-    def __init__(self, program: Program, folder: Path, compiler: Sequence[str]) -> None:
-        """Build the machine with a compiler and its flags; start it."""
+    def __init__(
+        self, program: Program, folder: Path, compiler: Sequence[str], absent: Sequence[str] = ()
+    ) -> None:
+        """Build the machine with a compiler and its flags; start it.
+
+        ``absent``: the functions of the machine that are not called.
+        """
+        without = [f"-DCERTIFY_WITHOUT_{name.upper()}" for name in absent]
         for name, text in program.files.items():
             (folder / name).write_text(text, encoding="utf-8")
         p = program.prefix
@@ -43,7 +49,7 @@ class HostMachine:
                      "host.c"):  # fmt: skip
             target = f"{name.removesuffix('.c')}.host.o"
             compile_c(
-                ["-c", name, "-o", target, *FLAGS, prefix, "-DCERTIFY_HOST"],
+                ["-c", name, "-o", target, *FLAGS, prefix, "-DCERTIFY_HOST", *without],
                 folder,
                 compiler=compiler,
             )

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { MOST_RANGES = 16, MOST_RECORDS = 32768 };
+enum { MOST_RANGES = 16, MOST_RECORDS = 32768, MOST_REDIRECTED = 1024 };
 
 typedef struct {
     uint64_t start, end;
@@ -38,6 +38,9 @@ typedef struct {
     uint64_t wrong_address, wrong_pc;
     uint64_t pc, top, next;
     bool was_active; /* the machine has been called, and has not returned */
+    uint64_t redirected_address; /* the instruction that was not executed */
+    uint32_t redirected;
+    range redirect[MOST_REDIRECTED]; /* from an address to another one */
     record records[MOST_RECORDS];
 } probe;
 
@@ -123,14 +126,28 @@ void probe_request(void *uc, uint64_t address, uint32_t size, void *user)
     self->was_active = false;
 }
 
+/* Called where a function of a firmware starts that the driver replaces. */
+void probe_redirect(void *uc, uint64_t address, uint32_t size, void *user)
+{
+    probe *self = user;
+    (void)size;
+    for (uint32_t i = 0u; i < self->redirected; i++) {
+        if (self->redirect[i].start == address) {
+            self->redirected_address = address;
+            (void)self->register_write(uc, self->pc_register, &self->redirect[i].end);
+        }
+    }
+}
+
 /* Called for every instruction outside of the driver. */
 void probe_code(void *uc, uint64_t address, uint32_t size, void *user)
 {
     probe *self = user;
     record *of;
     (void)size;
-    if (*self->active != 1u || self->count == 0u) {
+    if (*self->active != 1u || self->count == 0u || address == self->redirected_address) {
         self->next = 0u;
+        self->redirected_address = 0u;
         return;
     }
     of = &self->records[self->count - 1u];

@@ -18,6 +18,10 @@ from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter, printing
 from fsmkit.plan.image import code
 
+OWN = "certify_own_"
+"""The prefix of the driver's functions that replace those of a firmware's host."""
+OPTIONAL = ("dispatch", "post", "run", "active", "finished", "fault", "next_deadline")
+"""Functions of a machine that a firmware may lack: its linker removes those that nothing calls."""
 FOLDER = Path(__file__).parent
 SIZES = {"b": 8, "h": 16, "i": 32, "q": 64}
 """The bits of the codes of `struct` for integers, in lower case."""
@@ -44,6 +48,18 @@ class Program:
     def prefix(self) -> str:
         """The prefix of the machine."""
         return self.machine.names.prefix
+
+    @property
+    def payloads(self) -> dict[str, dict[int, str]]:
+        """For each machine the member of the payload that an event uses, by its number."""
+        return {
+            names.prefix: {
+                event.index + 1: names.payloads[event.index]
+                for event in names.chart.events
+                if event.fields
+            }
+            for names, _ in self.machine.family
+        }
 
     @property
     def sources(self) -> list[str]:
@@ -195,6 +211,7 @@ def _perform(out: Emitter, names: Names) -> None:
         case CERTIFY_START:
             CERTIFY({p}_start(&fsm_machine, now));
             break;
+    #ifndef CERTIFY_WITHOUT_DISPATCH
         case CERTIFY_DISPATCH:
             fsm_read_event();
             CERTIFY(found = (uint32_t){p}_dispatch(&fsm_machine, &fsm_event, now));
@@ -203,9 +220,10 @@ def _perform(out: Emitter, names: Names) -> None:
     if reply is not None:
         with out.block("        if (found <= FSM_HANDLED) {"):
             _put(out, "fsm_machine.fsm.reply", reply, names)
-    out.line("        break;")
+    out.lines(["        break;", "#endif"])
     if does.queued:
         out.text("""
+            #if !defined CERTIFY_WITHOUT_POST && !defined CERTIFY_WITHOUT_RUN
             case CERTIFY_POST: {
                 const uint8_t count = certify_take8();
                 for (uint8_t i = 0u; i < count; i++) {
@@ -219,30 +237,43 @@ def _perform(out: Emitter, names: Names) -> None:
                 CERTIFY({p}_run(&fsm_machine, now));
                 break;
             }}
+            #endif
         """)
     if does.runs:
         out.text(f"""
+            #ifndef CERTIFY_WITHOUT_RUN
             case CERTIFY_RUN:
                 CERTIFY({p}_run(&fsm_machine, now));
                 break;
+            #endif
         """)
     out.text(f"""
         default: {{
             static const uint16_t room = (uint16_t)(sizeof fsm_seen / sizeof fsm_seen[0]);
             uint16_t count;
             fsm_deadline = 0u;
+    #ifndef CERTIFY_WITHOUT_ACTIVE
             CERTIFY(count = {p}_active(&fsm_machine, fsm_seen, room));
             certify_put16(count);
             for (uint16_t i = 0u; i < count; i++) {{
                 certify_put16((uint16_t)fsm_seen[i]);
             }}
+    #endif
+    #ifndef CERTIFY_WITHOUT_FINISHED
             CERTIFY(count = {p}_finished(&fsm_machine));
             certify_put8((uint8_t)count);
+    #endif
+    #ifndef CERTIFY_WITHOUT_FAULT
             CERTIFY(count = (uint16_t){p}_fault(&fsm_machine));
             certify_put8((uint8_t)count);
+    #endif
+    #ifndef CERTIFY_WITHOUT_NEXT_DEADLINE
             CERTIFY(count = {p}_next_deadline(&fsm_machine, &fsm_deadline));
             certify_put8((uint8_t)count);
             certify_put32(count != 0u ? fsm_deadline - now : 0u);
+    #endif
+            (void)count;
+            (void)room;
             break;
         }}
         }}

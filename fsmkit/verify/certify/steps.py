@@ -97,9 +97,21 @@ class Steps:
     """Enumerates the steps of a chart."""
 
     def __init__(
-        self, chart: Chart, closed: ClosedSystem, names: Names, partition: Partition, seed: int
+        self,
+        chart: Chart,
+        closed: ClosedSystem,
+        names: Names,
+        partition: Partition,
+        seed: int,
+        absent: Sequence[str] = (),
     ) -> None:
-        """Take the chart, its exploration, its names in C and its classes of values."""
+        """Take the chart, its exploration, its names in C and its classes of values.
+
+        ``absent``: the functions of the machine that are not called.
+        """
+        self.absent = tuple(absent)
+        self._runs = names.does.runs and "run" not in absent
+        self._posts = names.does.queued and self._runs and "post" not in absent
         self._partition = partition
         self._random = Random(seed)  # noqa: S311  (no secrets)
         self._operations = {o.name: o for c in charts_within(chart) for o in c.operations}
@@ -132,7 +144,7 @@ class Steps:
         if armed:
             near = self.timed(state, NEAR)
             yield self._batch(near, [*self._actions(state, near.now), *self._later(near)])
-        for place in range(len(armed)) if state.running else ():
+        for place in range(len(armed)) if state.running and self._runs else ():
             first = self.timed(state, FAR, first=place)
             name = f"timeout {_timer_name(*armed[place])}"
             yield self._batch(first, [_Action(RUN, name, first.now + 1)])
@@ -154,22 +166,22 @@ class Steps:
         yield _Action(START, "start", now)
         if not state.configuration:
             return
-        does = self.names.does
-        if does.runs:
+        if self._runs:
             yield _Action(RUN, "run", now)
         if waiting_count(self.chart, state):
             return
         for possible in self.events:
             occurrence = snap.Occurrence(possible.event, possible.payload)
             name = self.chart.events[possible.event].name
-            yield _Action(DISPATCH, f"dispatch {name}", now, (occurrence,))
-            if does.queued:
+            if "dispatch" not in self.absent:
+                yield _Action(DISPATCH, f"dispatch {name}", now, (occurrence,))
+            if self._posts:
                 yield _Action(POST, f"post {name}", now, (occurrence,))
 
     def _later(self, timed: snap.Snapshot) -> Iterator[_Action]:
         """Yield what happens when time passes: nothing just before a deadline, then all timers."""
         due = next_deadline(timed)
-        if due is None or not timed.running:
+        if due is None or not timed.running or not self._runs:
             return
         if due - 1 > timed.now:
             yield _Action(RUN, "run", due - 1)
@@ -194,7 +206,7 @@ class Steps:
         Besides, several events are posted at once, more than the queue holds in some steps.
         """
         chosen = [each for each in actions if self._random.random() * REPEATED < 1]
-        does_post = self.names.does.queued and bool(self.events)
+        does_post = self._posts and bool(self.events)
         if does_post and self._random.random() * REPEATED < len(actions):
             chosen.append(_Action(POST, "post several events", 0, self._several()))
         chosen = [each for each in chosen or [self._random.choice(actions)] if each.kind != OBSERVE]
@@ -347,6 +359,10 @@ class Steps:
         trace, results = self.machine.trace(done)
         saved = self._saved(after)
         settled = self.local.settled(0, after)
+        if (
+            settled.fault is not None and settled.fault not in FAULTS
+        ):  # the C knows no kinds of them
+            settled = replace(settled, fault="error.execution")
         return Expected(trace + reply, returned, saved, settled), results
 
     def _observed(self, state: snap.Snapshot) -> Expected:
@@ -354,9 +370,14 @@ class Steps:
         leaves = sorted(index_of(self.chart).leaves & state.configuration)
         fault = 0 if state.fault is None else self._numbers.get(state.fault, 4)
         due = next_deadline(state) if state.running else None
-        trace = struct.pack(f"<H{len(leaves)}H", len(leaves), *leaves)
-        left = 0 if due is None else (due - state.now) % 2**32
-        trace += struct.pack("<BBBI", state.finished, fault, due is not None, left)
+        left = 0 if due is None else (due - state.now) % WRAPS
+        parts = {
+            "active": struct.pack(f"<H{len(leaves)}H", len(leaves), *leaves),
+            "finished": bytes([state.finished]),
+            "fault": bytes([fault]),
+            "next_deadline": struct.pack("<BI", due is not None, left),
+        }
+        trace = b"".join(part for name, part in parts.items() if name not in self.absent)
         return Expected(trace, 0, self._saved(state), None)
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from fsmkit.diagnostics import fail
 from fsmkit.verify.certify.processors import Processor, processor_of
-from fsmkit.verify.certify.program import FOLDER, Program
+from fsmkit.verify.certify.program import FOLDER, OWN, Program
 
 MACHINE_FLAGS = ("-std=c99", "-g")
 """Flags that do not change the code."""
@@ -70,23 +70,63 @@ def probed(command: Sequence[str], folder: Path) -> Processor | None:
         return processor_of(ELFFile(file), command)
 
 
-def build(program: Program, folder: Path, command: Sequence[str]) -> Binary:
-    """Build the machine and its driver with a compiler and its flags."""
+def write_program(program: Program, folder: Path) -> None:
+    """Write the sources of a program, and what links them."""
     for name in ("support.c", "link.ld"):
         (folder / name).write_text((FOLDER / name).read_text(encoding="utf-8"), encoding="utf-8")
     for name, text in program.files.items():
         (folder / name).write_text(text, encoding="utf-8")
+
+
+def build(program: Program, folder: Path, command: Sequence[str]) -> Binary:
+    """Build the machine and its driver with a compiler and its flags."""
+    write_program(program, folder)
     objects = {}
     for name in program.sources:
         target = f"{name.removesuffix('.c')}.o"
         flags = [*MACHINE_FLAGS, f"-fdebug-prefix-map={folder}=."]
         compile_for(command, ["-c", *flags, name, "-o", target], folder)
         objects[target] = (folder / target).read_bytes()
-    own = [f"driver_{program.prefix}.c", "driver.c", "support.c"]
-    for name in own:
-        target = f"{name.removesuffix('.c')}.o"
-        compile_for(command, ["-c", "-g", name, "-o", target, *DRIVER_FLAGS], folder)
-    parts = [f"{name.removesuffix('.c')}.o" for name in own]
+    parts = _driver(program, folder, command, ())
     linked = [*parts, *objects, *LINK_FLAGS, "-lgcc", "-o", "certify.elf"]
     compile_for(command, linked, folder)
     return Binary(folder / "certify.elf", objects)
+
+
+def _driver(
+    program: Program, folder: Path, command: Sequence[str], flags: Sequence[str]
+) -> list[str]:
+    """Compile the driver; return its objects."""
+    parts = []
+    for name in (f"driver_{program.prefix}.c", "driver.c", "support.c"):
+        target = f"{name.removesuffix('.c')}.o"
+        own = [*flags, "-c", "-g", name, "-o", target, *DRIVER_FLAGS]
+        compile_for(command, own, folder)
+        parts.append(target)
+    return parts
+
+
+def build_driver(
+    program: Program,
+    folder: Path,
+    command: Sequence[str],
+    firmware: Path,
+    base: int,
+    called: Sequence[str],
+    absent: Sequence[str],
+) -> Path:
+    """Build the driver for a machine in a firmware, at the address ``base``; return its path.
+
+    ``called``: the functions of the host that the driver replaces; ``absent``: the functions of the
+    machine that the firmware lacks.
+    """
+    write_program(program, folder)
+    script = (folder / "link.ld").read_text(encoding="utf-8")
+    script = script.replace("0x10000", hex(base)).replace("0x200000", hex(base + 0x200000))
+    (folder / "link.ld").write_text(script, encoding="utf-8")
+    renamed = [f"-D{name}={OWN}{name}" for name in called]
+    without = [f"-DCERTIFY_WITHOUT_{name.upper()}" for name in absent]
+    parts = _driver(program, folder, command, [*renamed, *without])
+    linked = [*parts, *LINK_FLAGS, f"-Wl,--just-symbols={firmware}", "-lgcc", "-o", "driver.elf"]
+    compile_for(command, linked, folder)
+    return folder / "driver.elf"
