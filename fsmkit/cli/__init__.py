@@ -48,6 +48,10 @@ OF_OPTIONS = {
 """Rules that nothing but the value of an option breaks: the command line is used wrongly."""
 
 
+LONGEST = 12
+"""Characters of a verb that is on one line with its description."""
+
+
 class Verbs(click.Group):
     """The group of verbs; a verb's module is imported when the verb is used, not when listed."""
 
@@ -62,15 +66,15 @@ class Verbs(click.Group):
         return command_of(cmd_name) if cmd_name in verbs() else None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write a line for each verb, in groups."""
+        """Write a line for each verb, in groups; two for one with a long name."""
         del ctx
-        width = max(map(len, verbs()))
+        width = max(length for length in map(len, verbs()) if length <= LONGEST)
         limit = formatter.width - 6 - width
         for title, folder in GROUPS.items():
             members = [name for name, place in verbs().items() if place == folder]
             with formatter.section(title):
                 rows = [(n.ljust(width), listed(n).get_short_help_str(limit)) for n in members]
-                formatter.write_dl(rows)
+                formatter.write_dl(rows, width)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Return the verbs and options with the given prefix."""

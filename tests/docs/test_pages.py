@@ -35,6 +35,7 @@ QUIET = (
     ("how-to/counterexamples", 10),
     ("how-to/frozen-nodes", 2),
     ("how-to/mutants", 1),
+    ("how-to/requirements", 3),
     ("how-to/save-and-replay", 5),
     ("how-to/trace", 4),
 )

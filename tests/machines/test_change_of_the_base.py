@@ -16,7 +16,7 @@ from fsmkit.document.document import Origin
 from fsmkit.plugins import plugin, plugins
 
 CELL = Path(__file__).parents[2] / "machines" / "production_cell"
-OLD = '<transition event="estop" target="emergency"/>'
+OLD = '<transition event="estop" target="emergency" fk:req="CELL-8"/>'
 NEW = OLD + '\n    <transition event="door_opened" target="emergency"/>'
 EVENT = '<fk:event direction="in" signature="stall"/>'
 

@@ -219,6 +219,26 @@ RUN: Schema = {
     ]
 }  # fmt: skip
 
+AT = {"at?": _object(LOCATION)}
+TRACED_PROPERTY = _object({
+    "model": STRING, "name": STRING, "claim": STRING, "verdict": _or_null(STRING), **AT,
+})  # fmt: skip
+TRACED = _object({
+    "requirements": _list(_object({
+        "id": STRING, "text": STRING, "columns": _map(STRING), **AT,
+        "status": {"enum": ["verified", "failed", "undecided", "open"]},
+        "items": _list(_object({"kind": STRING, "name": STRING, "covered?": BOOL, **AT})),
+        "properties": _list(TRACED_PROPERTY),
+        "tests": _list(_object({"file": STRING, "case": STRING, "passed": BOOL, **AT})),
+        "coverage": _or_null(_object({"covered": INT, "all": INT})),
+        "certificates": _list(_object({
+            "file": STRING, "chart": STRING, "target": STRING, "result": STRING,
+        })),
+    })),
+    "counts": _map(INT), "unknown": _list(_object({"id": STRING, **AT})),
+    "unrequired": _list(TRACED_PROPERTY), "findings": FINDINGS,
+})  # fmt: skip
+
 HASHES = _map(STRING)
 RATIO = _object({"covered": INT, "all": INT})
 CERTIFICATE = _object({
@@ -334,6 +354,7 @@ RESULTS: Mapping[str, Schema] = {
         })),
         "coverage?": _object(RATIOS),
     }),
+    "trace-requirements": TRACED,
     "trace": {**_object({"trace": STRINGS, "parted": _list(VALUE)}), "additionalProperties": INT},
 }  # fmt: skip
 """The schema of the document of each verb; unusable input gives `ERROR` instead."""

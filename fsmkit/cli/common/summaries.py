@@ -27,9 +27,12 @@ GROUPS = {
 
 @cache
 def verbs() -> dict[str, str]:
-    """Return the folder of each verb; within a group, in order of name."""
+    """Return the folder of each verb; within a group, in order of name.
+
+    The module of ``trace-requirements`` is ``trace_requirements``.
+    """
     return {
-        file.stem: folder
+        file.stem.replace("_", "-"): folder
         for folder in GROUPS.values()
         for file in sorted((FOLDER / folder).glob("*.py"))
         if not file.stem.startswith("_")
@@ -38,7 +41,7 @@ def verbs() -> dict[str, str]:
 
 def command_of(verb: str) -> click.Command:
     """Import a verb."""
-    command = import_module(f"fsmkit.cli.{verbs()[verb]}.{verb}").command
+    command = import_module(f"fsmkit.cli.{verbs()[verb]}.{_module(verb)}").command
     assert isinstance(command, click.Command)  # noqa: S101  (a law of this package)
     return command
 
@@ -55,7 +58,7 @@ def listed(verb: str) -> click.Command:
 
     """
     try:
-        source = (FOLDER / verbs()[verb] / f"{verb}.py").read_text(encoding="utf-8")
+        source = (FOLDER / verbs()[verb] / f"{_module(verb)}.py").read_text(encoding="utf-8")
         tree = ast.parse(source)
     except OSError:
         tree = ast.Module([], [])
@@ -63,3 +66,7 @@ def listed(verb: str) -> click.Command:
         if isinstance(node, ast.FunctionDef) and node.name == "command":
             return click.Command(verb, help=ast.get_docstring(node))
     return command_of(verb)
+
+
+def _module(verb: str) -> str:
+    return verb.replace("-", "_")

@@ -99,7 +99,7 @@ def command(
     ran: list[_CaseRun] = []
     counted: list[ChartCoverage] = []
     findings = reading.findings()
-    for path in _files(paths):
+    for path in suite_files(paths):
         suite = read_suite(path, findings, strict=reading.strict)
         ran += _run(suite, chosen, targets, recorder, counted)
     report(finding for finding in findings if finding.severity is not Severity.NOTE)
@@ -133,7 +133,7 @@ def command(
     return 1 if failed or too_little else 0
 
 
-def _files(paths: Sequence[Path]) -> Iterator[Path]:
+def suite_files(paths: Sequence[Path]) -> Iterator[Path]:
     """Yield the given test files, and all test files below the given folders."""
     for path in paths or (Path(),):
         if not path.is_dir():

@@ -25,4 +25,4 @@ def invariants_of(chart: Chart, machine: int, *, prefix: str) -> Iterator[Proper
         condition = Binary(BinaryOp.OR, left, state.invariant, BOOL, span)
         name = f"{prefix}{state.id}.invariant"
         text = f"the invariant of `{prefix}{state.id}`"
-        yield Property(name, KIND, text, condition, owner=machine, span=span)
+        yield Property(name, KIND, text, condition, owner=machine, span=span, req=state.req)
