@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fsmkit.document import keys
 from fsmkit.editor.schemas.shapes import (
+    FLAG,
     NAMES,
     TEXT,
     TEXTS,
@@ -56,8 +57,8 @@ def _property() -> Schema:
             )
             watch = either(TEXT, TEXTS, table(TEXT))
             forms.append(record(keys.MONITOR, {"monitor": monitor, "watch": watch, "req": NAMES}))
-        elif kind.form:
-            value: Schema = TEXT
+        else:
+            value: Schema = TEXT if kind.form else FLAG
             if len(kind.form) > 1:
                 count = len(kind.form)
                 value = {"type": "array", "items": TEXT, "minItems": count, "maxItems": count}
