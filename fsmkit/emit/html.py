@@ -9,7 +9,7 @@ from fsmkit.emit.written import plain
 from fsmkit.emit.xml import characters
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-"""The content security policy of a page: no scripts, and nothing from outside."""
+"""The content security policy of a page: no scripts, and nothing external."""
 VOID = frozenset({"img", "hr", "br"})
 """Elements without an end tag."""
 

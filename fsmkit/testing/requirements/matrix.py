@@ -30,7 +30,7 @@ class CaseResult:
 
 
 class Status(Enum):
-    """What the evidence shows of a requirement."""
+    """The conclusion from the evidence of a requirement."""
 
     VERIFIED = "verified"
     FAILED = "failed"
@@ -42,7 +42,7 @@ class Status(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A requirement and all that names it."""
+    """A requirement and the parts that name it."""
 
     requirement: Requirement
     items: tuple[Item, ...] = ()
