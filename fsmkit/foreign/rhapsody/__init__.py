@@ -1,0 +1,1 @@
+"""Statecharts of IBM Rhapsody: units in the text format of its archives."""
