@@ -292,7 +292,7 @@ def read_object(reference: str, findings: Findings) -> Document | None:
     found = import_object(reference)
     for reader in plugins(ObjectReader):
         document = reader.read_object(found, reference, findings)
-        if document is not None:
+        if document is not None or findings.has_errors:
             return document
     return None
 

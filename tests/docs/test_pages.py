@@ -19,6 +19,7 @@ PAGES = (
     pytest.param("../README", 2, "cc"),
     pytest.param("tutorial/existing-driver", 14, "cc cmake libclang", marks=EXTERNAL),
     pytest.param("how-to/existing-c", 10, "cc libclang"),
+    pytest.param("how-to/import-python-statemachine", 5, "cc python-statemachine"),
     pytest.param("how-to/import-qm", 6, "cc"),
     pytest.param("how-to/import-mermaid", 3, "cc"),
     pytest.param("how-to/import-statesmith", 4, "cc"),
@@ -26,10 +27,18 @@ PAGES = (
     pytest.param("how-to/certify", 4, "cc arm-none-eabi-gcc unicorn", marks=EXTERNAL),
     pytest.param("reference/javascript", 2, "node", marks=EXTERNAL),
     pytest.param("reference/transitions", 6, ""),
-    *(pytest.param(f"cookbook/{page}", None, "") for page in COOKBOOK),
+    *(
+        pytest.param(f"cookbook/{page}", None, "tree-sitter" if page == "from-xstate" else "")
+        for page in COOKBOOK
+    ),
 )
 """Pages, how many commands each has (None: some), and the tools that it needs."""
-MODULES = {"libclang": "clang", "unicorn": "unicorn"}
+MODULES = {
+    "libclang": "clang",
+    "python-statemachine": "statemachine",
+    "tree-sitter": "tree_sitter_typescript",
+    "unicorn": "unicorn",
+}
 """Tools that are packages of Python, with the module of each."""
 QUIET = (
     ("how-to/counterexamples", 10),

@@ -6,6 +6,8 @@ import os
 
 import pytest
 
+pytest.importorskip("tree_sitter_typescript")
+
 from tests.foreign.xstate.machines import NODE_FOLDER, compare, random_jobs
 from tests.needs import need, tool
 

@@ -6,6 +6,8 @@ import random
 
 import pytest
 
+pytest.importorskip("tree_sitter_typescript")
+
 from fsmkit.chart.chart import Chart
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Source

@@ -1,0 +1,1 @@
+"""Machines of the library python-statemachine 3, read from Python objects into charts."""
