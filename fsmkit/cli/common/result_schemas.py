@@ -315,6 +315,14 @@ RESULTS: Mapping[str, Schema] = {
     }),
     "dap": _object({"port": INT}),
     "deploy": FILES,
+    "diff": _object({
+        "old": STRING, "new": STRING, "differences": _list(_object({
+            "change": {"enum": ["added", "removed", "moved", "changed", "renamed"]},
+            "what": STRING, "name": STRING,
+            "details": _list(_object({"key": STRING, "old": VALUE, "new": VALUE})),
+            "old_at?": _object(LOCATION), "new_at?": _object(LOCATION),
+        })), "files?": STRINGS,
+    }),
     "draw": _object({"chart": STRING, "files?": STRINGS, "dot?": STRING}),
     "explain": {
         "anyOf": [_object({**RULE_KEYS, "explanation": STRING}), _list(_object(RULE_KEYS))]

@@ -179,10 +179,10 @@ class _Instance:
         self._messages.append(self._string(address & 0xFFFF_FFFF).decode(errors="replace"))
         return 0
 
-    def _grow(self, wanted: int) -> int:
+    def _grow(self, size_needed: int) -> int:
         """Grow the memory to so many bytes, by a fifth at least; return 0 if it cannot."""
         size = self._memory.data_len(self._store)
-        missing = (wanted & 0xFFFF_FFFF) - size
+        missing = (size_needed & 0xFFFF_FFFF) - size
         if size + missing > MOST_BYTES:
             return 0
         self._memory.grow(self._store, max(-(-missing // PAGE), size // PAGE // 5))

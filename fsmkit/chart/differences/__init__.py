@@ -1,0 +1,1 @@
+"""Differences between two charts, by meaning: not by lines of text."""
