@@ -6,7 +6,6 @@ import asyncio
 import secrets
 import sys
 import threading
-from types import TracebackType
 from typing import Self
 
 from fsmkit.inspector.hub import Hub
@@ -73,12 +72,7 @@ class Shown:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -213,11 +213,7 @@ static bool write_path(const approach *self, uint32_t at, fsm_path *path)
     for (; at != FSM_NONE && (self->bound == 0 || self->visits[at].from != FSM_NONE); at = self->visits[at].from)
         if (!fsm_path_add(path, self->visits[at].ordinal))
             return false;
-    for (size_t i = before, n = path->count; i + 1 < n; i++) { /* they were found from the last one to the first */
-        uint32_t held = path->steps[i];
-        path->steps[i] = path->steps[--n];
-        path->steps[n] = held;
-    }
+    fsm_path_reverse(path, before);
     return true;
 }
 

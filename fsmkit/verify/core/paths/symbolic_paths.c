@@ -225,11 +225,7 @@ static bool search_near(neighbourhood *self, fsm_state *at, fsm_path *path)
     for (uint32_t i = self->found; self->visits[i].from != FSM_NONE; i = self->visits[i].from)
         if (!fsm_path_add(path, self->visits[i].ordinal))
             return false;
-    for (size_t i = before, n = path->count; i + 1 < n; i++) { /* they were found from the last one to the first */
-        uint32_t held = path->steps[i];
-        path->steps[i] = path->steps[--n];
-        path->steps[n] = held;
-    }
+    fsm_path_reverse(path, before);
     *at = self->visits[self->found].state;
     return true;
 }

@@ -11,6 +11,15 @@ bool fsm_path_add(fsm_path *self, uint32_t step)
     return true;
 }
 
+void fsm_path_reverse(fsm_path *self, size_t first)
+{
+    for (size_t i = first, n = self->count; i + 1 < n; i++) {
+        uint32_t held = self->steps[i];
+        self->steps[i] = self->steps[--n];
+        self->steps[n] = held;
+    }
+}
+
 /* --- between two checkpoints ---------------------------------------------------------------------- */
 
 /* How a state was first reached; the nodes double as the waiting list. */

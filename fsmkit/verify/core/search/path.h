@@ -23,4 +23,7 @@ fsm_state fsm_path_from(const fsm_search *search, fsm_state from, fsm_classify_s
 
 bool fsm_path_add(fsm_path *self, uint32_t step);
 
+/* Reverses the steps from `first` on, which were found from the last one to the first. */
+void fsm_path_reverse(fsm_path *self, size_t first);
+
 #endif

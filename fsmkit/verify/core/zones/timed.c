@@ -151,15 +151,14 @@ static void displace(fsm_timed *self, uint32_t tuple, fsm_zone_summary summary, 
     family->count = left;
 }
 
-static bool add_entry(fsm_timed *self, uint32_t tuple, fsm_entry entry)
+bool fsm_family_add(fsm_family *family, fsm_entry entry, size_t *all_room)
 {
-    fsm_family *family = &self->families[tuple];
     if (family->count == family->room) {
         uint32_t room = family->room == 0 ? 1 : 2 * family->room;
         fsm_entry *entries = realloc(family->entries, room * sizeof *entries);
         if (entries == NULL)
             return false;
-        self->entry_room += room - family->room;
+        *all_room += room - family->room;
         family->entries = entries;
         family->room = room;
     }
@@ -185,7 +184,7 @@ static bool add_pair(fsm_timed *self, uint32_t tuple, bool new_tuple, fsm_zone_s
 {
     uint32_t number = self->pair_count;
     uint32_t zone = fsm_zones_keep(&self->zones, limit_for(self, self->zones.bytes));
-    if (zone == FSM_NONE || !add_entry(self, tuple, (fsm_entry){summary, zone, number}))
+    if (zone == FSM_NONE || !fsm_family_add(&self->families[tuple], (fsm_entry){summary, zone, number}, &self->entry_room))
         return out_of_memory(self);
     self->pairs[number] = (fsm_pair){tuple, zone, {self->next, self->step}, false};
     self->pair_count++;

@@ -49,6 +49,9 @@ typedef struct {
     uint32_t count, room;
 } fsm_family;
 
+/* Adds an entry; adds to `all_room` the entries for which memory was allocated. False: out of memory. */
+bool fsm_family_add(fsm_family *family, fsm_entry entry, size_t *all_room);
+
 /* A step of a pair, while it is being taken. */
 typedef struct {
     const uint32_t *tuple;    /* where it leads: local states, then, if there is a watch, whether it runs */

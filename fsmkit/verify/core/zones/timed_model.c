@@ -82,21 +82,6 @@ static fsm_family *family_of(fsm_timed_model *self, uint32_t part)
     return &self->covers[part];
 }
 
-static bool add_cover(fsm_timed_model *self, fsm_family *family, fsm_entry entry)
-{
-    if (family->count == family->room) {
-        uint32_t room = family->room == 0 ? 1 : 2 * family->room;
-        fsm_entry *entries = realloc(family->entries, room * sizeof *entries);
-        if (entries == NULL)
-            return false;
-        self->entry_room += room - family->room;
-        family->entries = entries;
-        family->room = room;
-    }
-    family->entries[family->count++] = entry;
-    return true;
-}
-
 /* The least zone that holds `zone` and a kept one, which have the same timers due; false if they have not. */
 static bool widen(fsm_timed_model *self, fsm_bound *zone, uint32_t number, uint32_t size, const fsm_limits *limits)
 {
@@ -150,7 +135,7 @@ static fsm_state covered(fsm_timed_model *self, uint32_t part, fsm_bound *zone, 
     }
     family->count = left;
     uint32_t number = keep_zone(self);
-    bool fine = number != FSM_NONE && add_cover(self, family, (fsm_entry){summary, number, self->node_count})
+    bool fine = number != FSM_NONE && fsm_family_add(family, (fsm_entry){summary, number, self->node_count}, &self->entry_room)
         && add_node(self, fsm_join(part, number));
     return fine ? fsm_join(part, number) : FSM_NO_STATE;
 }
