@@ -99,6 +99,22 @@ def test_the_hash_is_of_what_crosses_not_of_endpoints(write_pair: Callable[[str]
     assert load_deployment(write_pair(swapped)).map.hash != plain.hash
 
 
+@pytest.mark.parametrize("count", [9, 16, 255, 257])
+@pytest.mark.parametrize("command", [["check"], ["compile", "--quiet", "--out", "made"]])
+def test_more_nodes_than_a_link_has_are_rejected_by_every_command(
+    command: list[str],
+    count: int,
+    write_pair: Callable[[str], Path],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    nodes = ", ".join(f"n{number}: [left]" for number in range(count))
+    path = write_pair(f"system: pair.yaml\nnodes: {{{nodes}}}\n")
+    assert execute([command[0], str(path), *command[1:]]) == 1
+    found = capsys.readouterr().err
+    assert f"a deployment has 1 to 8 nodes, not {count}" in found
+    assert "help: place several machines on one node" in found
+
+
 @pytest.mark.parametrize(
     ("text", "rule", "message"),
     [

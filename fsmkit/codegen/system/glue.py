@@ -374,8 +374,13 @@ class GluePrinter:
         with out.function(f"bool {s}_run({s} *s, uint32_t now)"):
             out.line("uint32_t due = 0u;")
             self._return_within_a_step(out)
+            out.line("const bool was_interrupted = s->steps == 0u;")
             out.line(f"s->steps = {upper}_STEPS;")
-            out.lines(f"s->changed_{part.member} = true;" for part in self.parts if part.samples)
+            with out.block(f"if (was_interrupted && !{s}_settle(s)) {{ /* at the time it had */"):
+                out.line("return false;")
+            if sampling := [part.member for part in self.parts if part.samples]:
+                with out.block("if (!was_interrupted) {"):
+                    out.lines(f"s->changed_{member} = true;" for member in sampling)
             with out.block(f"while ({s}_next_deadline(s, &due) && fsm_reached(now, due)) {{"):
                 with out.block("if (fsm_reached(due, s->now)) { /* the clock goes on only */"):
                     out.line("s->now = due;")

@@ -32,7 +32,12 @@ def placed_machines(
     if mapping is None:
         return None
     if not 1 <= len(mapping.entries) <= MOST_NODES:
-        findings.add("broken-deployment", f"a deployment has 1 to {MOST_NODES} nodes", mapping.span)
+        findings.add(
+            "broken-deployment",
+            f"a deployment has 1 to {MOST_NODES} nodes, not {len(mapping.entries)}",
+            mapping.span,
+            help="place several machines on one node",
+        )
         return None
     where: dict[int, tuple[int, Text]] = {}
     foreign: list[ForeignNode | None] = []

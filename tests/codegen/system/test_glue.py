@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import subprocess
 from collections.abc import Callable, Iterator
@@ -29,6 +30,7 @@ from fsmkit.system.system import System
 from fsmkit.system.system_file import load_system
 from tests.codegen.c.conftest import SANITIZERS, WARNINGS
 
+LARGE = bool(os.environ.get("FSMKIT_SIZES"))
 MACHINES = Path(__file__).parents[3] / "machines"
 TALK = """\
 system: Talk
@@ -233,9 +235,12 @@ def unconnected(system: System, parts: tuple[Part, ...]) -> Iterator[str]:
 
 
 def built(
-    path: Path, folder: Path, compiler: str, seed: int, length: int
+    path: Path, folder: Path, compiler: str, seed: int, length: int, *options: str
 ) -> tuple[list[str], list[str]]:
-    """Build a system with a host; return its trace and that of the interpreter."""
+    """Build a system with a host; return its trace and that of the interpreter.
+
+    ``options``: more arguments of the compiler.
+    """
     findings = Findings()
     system = load_system(path, findings)
     charts = named_charts(system)
@@ -256,7 +261,8 @@ def built(
         hooks = f"-DFSM_HOOKS={quoted(f'trace_{name}.h')}"
         call(folder, compiler, "-std=c99", "-O1", *SANITIZERS, hooks, "-c", f"{name}.c")
         objects.append(f"{name}.o")
-    call(folder, compiler, "-std=c99", "-O1", *WARNINGS, *SANITIZERS, *objects, "-o", "host")
+    flags = ["-std=c99", "-O1", *WARNINGS, *SANITIZERS, *options]
+    call(folder, compiler, *flags, *objects, "-o", "host")
     return call(folder, "./host").splitlines(), expected_trace(system, parts, script)
 
 
@@ -285,6 +291,17 @@ def test_charts_that_run_twice_and_talk_to_themselves(
     got, expected = built(talk, tmp_path / "made", require_tool("gcc"), seed, 300)
     assert got == expected
     assert {line.split()[0] for line in got} == {"west", "right", "judge", "now"}
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("steps", [1, 7])
+def test_calls_that_end_early_continue_where_they_stopped(
+    steps: int, talk: Path, tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    """The host calls `run` until it returns true, so its bound has no effect on the trace."""
+    gcc = require_tool("gcc")
+    got, expected = built(talk, tmp_path / "made", gcc, 1, 100, f"-DTALK_STEPS={steps}u")
+    assert got == expected
 
 
 @pytest.mark.external
@@ -377,3 +394,34 @@ def test_the_number_of_the_machine_that_runs_is_wide_enough(
     )
     assert execute(["compile", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 0
     assert f"{width} working;" in (tmp_path / "out" / "ring.h").read_text()
+
+
+RING = """\
+chart: Node
+events: {in: [token, go], out: [passed]}
+initial: idle
+states:
+  idle: {on: {go: sent, token: had}}
+  sent: {entry: send passed, after: {2ms: idle}}
+  had: {after: {3ms: {target: idle, do: send passed}}}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.external
+@pytest.mark.parametrize("count", [255, 257] if LARGE else [20])
+def test_a_ring_of_many_machines_is_the_same_joined_in_c(
+    count: int, tmp_path: Path, require_tool: Callable[[str], str]
+) -> None:
+    """Each machine has code of its own, since each is connected to another one."""
+    (tmp_path / "node.yaml").write_text(RING, encoding="utf-8")
+    path = tmp_path / "ring.yaml"
+    path.write_text(
+        f"system: Ring\nmachines: {{'n[i in 0..{count - 1}]': node.yaml}}\n"
+        f"connect: ['n[i].passed -> n[(i + 1) % {count}].token']\n"
+        f"environment: {{may: ['n[0].go', 'n[{count - 1}].go']}}\n",
+        encoding="utf-8",
+    )
+    got, expected = built(path, tmp_path / "made", require_tool("gcc"), 3, 6)
+    assert got == expected
+    assert len({line.split()[0] for line in got}) > count
