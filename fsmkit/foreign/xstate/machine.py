@@ -77,6 +77,8 @@ class State:
     config: Record
     id: str = ""
     children: list[int] = field(default_factory=list)
+    by_key: dict[str, int] = field(default_factory=dict)
+    """The children by their keys."""
     initial: int | None = None
     initial_actions: tuple[Value, ...] = ()
     entry: tuple[Value, ...] = ()
@@ -224,6 +226,7 @@ class _Reader:
                 self._reject(f"the state `{child}` is not an object literal", value.span,
                              "write the state as an object")  # fmt: skip
                 continue
+            state.by_key[child.value] = len(self._states)
             state.children.append(len(self._states))
             self._state(value, state, child.value, depth + 1)
 
@@ -290,7 +293,7 @@ class _Reader:
             self._reject("a state with children needs `initial`, the key of one of them",
                          state.span if value is None else value.span, "name a child")  # fmt: skip
             return
-        names = {self._states[child].key: child for child in state.children}
+        names = state.by_key
         if value.text.value in names:
             state.initial = names[value.text.value]
         else:
@@ -365,8 +368,7 @@ class _Reader:
             return None
         for part in parts:
             if base is not None and part:
-                names = {self._states[child].key: child for child in self._states[base].children}
-                base = names.get(part)
+                base = self._states[base].by_key.get(part)
         if base is None:
             known = [*(f"#{one}" for one in self._ids), *(one.key for one in self._states)]
             self._reject(f"the target `{text}` is not a state", text,

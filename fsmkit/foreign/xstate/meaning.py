@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document import document as doc
@@ -50,8 +51,6 @@ def import_document(
         if (len(demoted), len(raised)) == before:
             break
     findings.extend(own)
-    if own.has_errors:
-        return None
     opaque = content.opaque.values()
     return content.recorder.imported(name, document, counts(document), opaque)
 
@@ -176,22 +175,50 @@ class _Builder:
             name = self.content.events.name(source, f"t_{self.ids.get(index, 'root')}_{delay}")
             yield _Event(source, name, is_posted=False)
 
+    @cached_property
+    def _table(self) -> dict[str, dict[int, tuple[Step, ...]]]:
+        """The transitions for each event by state; states without one are missing."""
+        table: dict[str, dict[int, tuple[Step, ...]]] = {e.source: {} for e in self.events}
+        for state in self.machine.states:
+            own = {key.value for key, _ in state.on}
+            own |= {f"xstate.after.{key}.{state.id}" for key, _ in state.after}
+            own |= {f"xstate.{kind}.actor.{name}" for name, kind, _ in state.answers}
+            own.add(f"xstate.done.state.{state.id}")
+            has_pattern = any("*" in key.value for key, _ in state.on)
+            for source in table if has_pattern else own & table.keys():
+                steps = self._find_candidates(state, source)
+                if steps:
+                    table[source][state.index] = steps
+        return table
+
+    @cached_property
+    def _events_of(self) -> dict[int, list[_Event]]:
+        """The events that each state has a transition for, in the order of events."""
+        found: dict[int, list[_Event]] = {}
+        for event in self.events:
+            for index in self._table[event.source]:
+                found.setdefault(index, []).append(event)
+        return found
+
     def _candidates(self, state: State, event: _Event) -> tuple[Step, ...]:
         """Return the transitions of a state for an event, in the library's order (R9)."""
+        return self._table[event.source].get(state.index, ())
+
+    def _find_candidates(self, state: State, source: str) -> tuple[Step, ...]:
         exact: list[Step] = []
         prefixes: list[tuple[int, tuple[Step, ...]]] = []
         for key, steps in state.on:
-            if key.value == event.source:
+            if key.value == source:
                 exact += steps
-            elif _matches(event.source, key.value):
+            elif _matches(source, key.value):
                 prefixes.append((-len(key.value), steps))
-        if event.source == f"xstate.done.state.{state.id}" and state.on_done:
+        if source == f"xstate.done.state.{state.id}" and state.on_done:
             exact = list(state.on_done)
         for invocation, kind, steps in state.answers:
-            if event.source == f"xstate.{kind}.actor.{invocation}":
+            if source == f"xstate.{kind}.actor.{invocation}":
                 exact = list(steps)
         for key, steps in state.after:
-            if event.source == f"xstate.after.{key}.{state.id}":
+            if source == f"xstate.after.{key}.{state.id}":
                 exact += steps
         prefixes.sort(key=lambda found: found[0])
         return (*exact, *(step for _, steps in prefixes for step in steps))
@@ -531,14 +558,13 @@ class _Builder:
         )
 
     def _timeout_name(self, state: State, key: Text) -> str:
-        source = f"xstate.after.{key}.{state.id}"
-        return next(event.name for event in self.events if event.source == source)
+        return self.content.events.given[f"xstate.after.{key}.{state.id}"]
 
     # --- transitions --------------------------------------------------------------------------
 
     def _transitions(self, state: State) -> Iterator[doc.DocTransition]:
         groups: dict[tuple[tuple[int, ...], str], tuple[list[_Event], tuple[Step, ...]]] = {}
-        for event in self.events:
+        for event in self._events_of.get(state.index, ()):
             steps = self._candidates(state, event)
             if steps:
                 same = (tuple(map(id, steps)), self._hidden(state, event))
@@ -610,16 +636,27 @@ class _Builder:
                          "for each event", step.span, "give it a target, or an assignment that "
                          "makes its guard false")  # fmt: skip
 
+    @cached_property
+    def _around_regions(self) -> frozenset[int]:
+        """The parallel states, and the states around them."""
+        found: set[int] = set()
+        for state in self.machine.states:
+            if state.kind == "parallel":
+                found.update((state.index, *self.machine.ancestors(state.index)))
+        return frozenset(found)
+
     def _hidden(self, state: State, event: _Event) -> str:
         """Return when transitions of regions below a state hide its own, as a condition.
 
         In a chart, a transition without a target in one region does not hide that of a state
         around the parallel state, because the two leave nothing in common.
         """
+        if state.index not in self._around_regions:
+            return ""
         inner = [
-            each
-            for each in self.machine.states
-            if self._is_in_region(each.index, state.index) and self._candidates(each, event)
+            self.machine.states[index]
+            for index in self._table[event.source]
+            if self._is_in_region(index, state.index)
         ]
         own = self._candidates(state, event)
         below = [step for each in inner for step in self._candidates(each, event)]

@@ -24,7 +24,7 @@ from fsmkit.foreign.xstate.values import (
 
 LARGEST = 2_000_000
 """Characters of a program; longer ones are data, not machines."""
-MOST_VALUES = 100_000
+MOST_VALUES = 50_000
 """Values of one machine, after constants were inserted."""
 DEEPEST = 100
 """Levels of nesting of values and of constants that name constants."""
@@ -158,6 +158,17 @@ class Script:
         found = node.child_by_field_name("arguments")
         self._budget = MOST_VALUES
         return tuple(self.value(each) for each in arguments(found))
+
+    @cached_property
+    def types(self) -> dict[str, Any]:
+        """The types that the program declares, by name."""
+        found: dict[str, Any] = {}
+        for node in walk(self.root):
+            if node.type in ("type_alias_declaration", "interface_declaration"):
+                name = self.text(node.child_by_field_name("name"))
+                body = node.child_by_field_name("value") or node.child_by_field_name("body")
+                found.setdefault(name, body)
+        return found
 
     def error_in(self, node: Any) -> Span | None:
         """Return the location of the first syntax error in a node, if there is one."""

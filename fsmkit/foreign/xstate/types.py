@@ -6,12 +6,11 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from fsmkit.foreign.xstate.expressions import BOOL, INT, SYMBOL
-from fsmkit.foreign.xstate.script import Script, arguments, walk
+from fsmkit.foreign.xstate.script import Script, arguments
 
 KINDS = {"number": INT, "boolean": BOOL, "string": SYMBOL}
 DEEPEST = 20
 ASSERTIONS = frozenset({"as_expression", "satisfies_expression"})
-DECLARATIONS = frozenset({"type_alias_declaration", "interface_declaration"})
 Fields = dict[str, dict[str, str]]
 """The type of each field of each event; empty where a chart has no such type."""
 
@@ -57,23 +56,17 @@ def _members(script: Script, node: Any, depth: int) -> Iterator[Any]:
         return
     match node.type:
         case "union_type" | "parenthesized_type":
-            waiting = list(node.named_children)  # a union of many leans to the left
+            waiting = list(reversed(node.named_children))  # a union of many leans to the left
             while waiting:
-                child = waiting.pop(0)
+                child = waiting.pop()
                 if child.type == "union_type":
-                    waiting[:0] = child.named_children
+                    waiting.extend(reversed(child.named_children))
                 else:
                     yield from _members(script, child, depth + 1)
         case "type_identifier":
-            name = script.text(node)
-            for each in walk(script.root):
-                if each.type in DECLARATIONS:
-                    named = each.child_by_field_name("name")
-                    if script.text(named) == name:
-                        value = each.child_by_field_name("value")
-                        body = value or each.child_by_field_name("body")
-                        yield from _members(script, body, depth + 1)
-                        return
+            body = script.types.get(script.text(node))
+            if body is not None:
+                yield from _members(script, body, depth + 1)
         case "object_type" | "interface_body":
             yield node
 

@@ -183,3 +183,31 @@ def test_json_and_the_program_are_equal() -> None:
     other, _ = read(f"const m = createMachine({config});", "m.js")
     assert write_document(one.document) == write_document(other.document)
     assert [each.rule for each in one.rewritten] == ["R8", "R9", "R9"]
+
+
+@pytest.mark.slow
+def test_large_machines_are_read_in_seconds() -> None:
+    """Thousands of states, and wildcards beside hundreds of timers, do not multiply."""
+    chain = ", ".join(f"s{n}: {{on: {{e{n % 100}: 's{n // 2}'}}}}" for n in range(1_500))
+    _, chart = read(f"const m = createMachine({{initial: 's0', states: {{{chain}}}}});")
+    assert len(chart.states) == 1_501
+    caught = ", ".join(
+        f"p{n}: {{type: 'parallel', after: {{{n + 1}: 'p0'}}, states: {{"
+        f"x{n}: {{on: {{'*': {{actions: 'a'}}}}}}, y{n}: {{}}}}}}"
+        for n in range(60)
+    )
+    found, _ = read(f"const m = createMachine({{initial: 'p0', states: {{{caught}}}}});")
+    assert sum(each.rule == "R12" for each in found.rewritten) == 60
+
+
+def test_a_rejected_part_is_omitted_and_the_rest_is_kept() -> None:
+    """With errors in its content only, an import still has the rest of the machine."""
+    text = (
+        "const m = createMachine({initial: 'a', states: {a: {entry: ['x', spawnChild('y')], on: "
+        "{go: 'b'}}, b: {}}});"
+    )
+    findings = Findings()
+    found = import_machine(Source("m.ts", text), "m", findings)
+    assert findings.has_errors
+    assert found is not None
+    assert "entry: x()" in write_document(found.document)
