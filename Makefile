@@ -17,7 +17,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= auto
 
-.PHONY: graphviz site release digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
+.PHONY: evidence graphviz site release digests quick test-all foreign misuse attacks prove sizes stack demo cell hitl field verify test lint tools tools-python tools-node tools-system bless differential endurance bench bench-overhead bench-scaling bench-explorer bench-zones latency agreement fuzz injection fuzz-names clean
 .DEFAULT_GOAL := test
 # Without compiled modules, every worker and every program of a test compiles the package and the
 # tests anew: 10 s of a processor for each worker.
@@ -75,6 +75,12 @@ field: $(VENV)/ready
 # Every system and property of the Production Cell, and every seeded defect; VERIFY=--quick is a part.
 verify: $(VENV)/ready
 	@$(BIN)/python machines/production_cell/verify.py $(VERIFY)
+
+# The report of the cell's feeder and molder in build/evidence, certified for a Cortex-M0: about ten minutes.
+evidence: $(VENV)/ready
+	cd machines/production_cell && $(CURDIR)/$(BIN)/fsmkit evidence cell.yaml --out $(CURDIR)/build/evidence \
+	  --requirements requirements/cell.csv --tests tests --per-machine 4m \
+	  $(if $(shell command -v arm-none-eabi-gcc),--cc 'arm-none-eabi-gcc -mcpu=cortex-m0 -Os')
 
 quick: lint
 	$(BIN)/pytest -q -n $(WORKERS) --dist worksteal -m 'not cc and not slow and not external'

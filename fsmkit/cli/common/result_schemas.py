@@ -236,7 +236,7 @@ TRACED = _object({
         })),
     })),
     "counts": _map(INT), "unknown": _list(_object({"id": STRING, **AT})),
-    "unrequired": _list(TRACED_PROPERTY), "findings": FINDINGS,
+    "unrequired": _list(TRACED_PROPERTY), "findings?": FINDINGS,
 })  # fmt: skip
 
 HASHES = _map(STRING)
@@ -324,6 +324,16 @@ RESULTS: Mapping[str, Schema] = {
         })), "files?": STRINGS,
     }),
     "draw": _object({"chart": STRING, "files?": STRINGS, "dot?": STRING}),
+    "evidence": _object({
+        "model": STRING, "failures": STRINGS, "verdict": VERDICT,
+        "tests": _object({"passed": INT, "all": INT, "coverage": _object(RATIOS)}),
+        "mutants": _or_null(MUTANTS),
+        "machines": _list(_object({
+            "name": STRING, "file": STRING, "certificate": _or_null(CERTIFICATE),
+            "reason": STRING, "alarms": _or_null(STRINGS), "deviations": _or_null(_map(INT)),
+        })),
+        "requirements": _or_null(TRACED), "findings": FINDINGS, "files": STRINGS,
+    }),
     "explain": {
         "anyOf": [_object({**RULE_KEYS, "explanation": STRING}), _list(_object(RULE_KEYS))]
     },

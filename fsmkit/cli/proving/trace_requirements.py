@@ -10,6 +10,7 @@ import click
 from rich.table import Table
 from rich.text import Text
 
+from fsmkit.chart.chart import Chart
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.exploring import MODEL, SEARCH, Exploring, exploring_options
 from fsmkit.cli.common.options import Reading, path_option, reading_options
@@ -210,9 +211,16 @@ class TestRun:
     coverage: tuple[ChartCoverage, ...]
 
 
-def run_tests(paths: Sequence[Path], reading: Reading, findings: Findings) -> TestRun:
-    """Run all cases of test files on the interpreter, and count what they cover."""
+def run_tests(
+    paths: Sequence[Path], reading: Reading, findings: Findings, charts: Sequence[Chart] = ()
+) -> TestRun:
+    """Run all cases of test files on the interpreter, and count what they cover.
+
+    ``charts`` are counted, too, if no case runs them.
+    """
     recorder = Recorder()
+    for chart in charts:
+        recorder.add(chart)
     cases = []
     for path in suite_files(paths):
         suite = read_suite(path, findings, strict=reading.strict)

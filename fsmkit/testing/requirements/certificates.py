@@ -34,6 +34,11 @@ class Certificate:
 
 def read_certificate(path: Path) -> Certificate:
     """Return a certificate; raises `FsmkitError` (``broken-certificate``)."""
+    return certificate_of(read_document(path), path)
+
+
+def read_document(path: Path) -> Mapping[str, Any]:
+    """Return the document of a certificate; raises `FsmkitError` (``broken-certificate``)."""
     content = read_bytes(path)
     try:
         root = parse_json(content)
@@ -41,7 +46,8 @@ def read_certificate(path: Path) -> Certificate:
         raise _broken(path, content, f"is not JSON: {error}") from error
     if not isinstance(root, dict):
         raise _broken(path, content, "is not an object")
-    return certificate_of(root, path, content)
+    certificate_of(root, path, content)
+    return root
 
 
 def certificate_of(root: Mapping[str, Any], path: Path, content: bytes = b"") -> Certificate:

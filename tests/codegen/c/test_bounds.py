@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fsmkit.codegen.c.names import Names
-from tests.codegen.c.any_host import CHOICES, TRIED, any_host
+from fsmkit.testing.evidence.any_host import CHOICES, TRIED, any_host
 from tests.codegen.c.conftest import EVERY, SANITIZERS, machine_of
 from tests.codegen.c.stack import CORTEX_M0, HOST, TARGETS, UnboundedError, deepest, frames
 

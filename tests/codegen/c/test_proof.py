@@ -14,8 +14,8 @@ import pytest
 from fsmkit.chart.loading import load
 from fsmkit.codegen.c.generate import Machine, generate_machine
 from fsmkit.codegen.c.options import Options
+from fsmkit.testing.evidence.eva import prove
 from tests.codegen.c.conftest import CHARTS, machine_of
-from tests.codegen.c.proving import prove
 
 pytestmark = pytest.mark.external
 
@@ -31,7 +31,7 @@ The rest guards against what EVA knows not to happen; the smaller a machine, the
 @pytest.mark.parametrize("name", PROVED)
 def test_no_alarm(name: str, tmp_path: Path, require_tool: Callable[[str], str]) -> None:
     proof = prove(require_tool("frama-c"), machine_of(name), tmp_path)
-    assert proof.alarms == ()
+    assert (proof.failure, proof.alarms) == ("", ())
     assert proof.reached >= REACHED
 
 
@@ -43,7 +43,7 @@ def test_no_alarm_in_tables(name: str, tmp_path: Path, require_tool: Callable[[s
     """
     machine = generate_machine(load(CHARTS[name]), name, Options(is_small=True))
     proof = prove(require_tool("frama-c"), machine, tmp_path)
-    assert proof.alarms == ()
+    assert (proof.failure, proof.alarms) == ("", ())
     assert proof.reached >= REACHED
 
 

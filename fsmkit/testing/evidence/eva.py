@@ -1,4 +1,4 @@
-"""Frama-C EVA over a generated machine and the host that does anything."""
+"""Analyse a generated machine with Frama-C/EVA under a host that does anything."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsmkit.codegen.c.generate import Machine
-from tests.codegen.c.any_host import CHOICES, PROVED, any_host
+from fsmkit.emit.lines import one_line
+from fsmkit.testing.evidence.any_host import CHOICES, PROVED, any_host
 
 UNROLLED = {
     "_init": 4096,
@@ -36,11 +37,20 @@ class Proof:
     alarms: tuple[str, ...]
     reached: int
     """Percent of the statements in the functions that are analysed."""
+    failure: str = ""
+    """Why the analysis did not end; then nothing is proved."""
 
 
-def prove(frama_c: str, machine: Machine, folder: Path) -> Proof:
-    """Analyse a machine under any host, without end; everything that it may do is covered."""
-    p = machine.names.prefix
+def prove(frama_c: str, machine: Machine, folder: Path, timeout: float | None = None) -> Proof:
+    """Analyse a machine under any host, without end; everything that it may do is covered.
+
+    Args:
+        frama_c: The program.
+        machine: The generated C.
+        folder: Receives the sources; it is the current folder of the analysis.
+        timeout: Seconds after which the analysis is ended.
+
+    """
     sources = [name for name in machine.files if name.endswith(".c")]
     sources = [name for name in sources if not name.endswith(("_info.c", "_save.c"))]
     texts = machine.files | {"any.h": CHOICES, "choices.c": PROVED, "host.c": any_host(machine)}
@@ -57,11 +67,15 @@ def prove(frama_c: str, machine: Machine, folder: Path) -> Proof:
     ]
     if _boolean_payload(machine):
         command.append("-no-warn-invalid-bool")
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout[-4000:]
-    assert "[eva] done for function main" in done.stdout, done.stdout[-4000:]
+    try:
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=False, timeout=timeout
+        )
+    except subprocess.TimeoutExpired:
+        return Proof((), 0, f"it did not end within {timeout:g} s")
     reached = re.search(r"statements reached \(out of \d+\): (\d+)% coverage", done.stdout)
-    assert reached is not None, p
+    if done.returncode or reached is None or "[eva] done for function main" not in done.stdout:
+        return Proof((), 0, f"it failed: {one_line(done.stdout[-500:])}")
     return Proof(tuple(ALARM.findall(done.stdout)), int(reached[1]))
 
 

@@ -1,0 +1,1 @@
+"""Evidence for an assessor: analyses of generated C, and one report of all results."""
