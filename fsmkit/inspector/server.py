@@ -27,7 +27,7 @@ from websockets.http11 import Request, Response
 from fsmkit.diagnostics import FsmkitError, fail
 from fsmkit.inspector.commands import MOST_BYTES
 from fsmkit.inspector.hub import Hub
-from fsmkit.inspector.page import page
+from fsmkit.inspector.page import Page, page
 from fsmkit.inspector.watching import Watcher
 from fsmkit.runtime.live.messages import SUBPROTOCOL, Lost, to_json
 
@@ -131,6 +131,7 @@ class LiveServer:
         port: The port; 0 for any free one.
         origins: Other origins whose pages may connect.
         is_readonly: Whether commands of clients are rejected.
+        page: Returns the page.
 
     """
 
@@ -142,8 +143,10 @@ class LiveServer:
         port: int = 0,
         origins: Iterable[str] = (),
         is_readonly: bool = False,
+        page: Callable[[], Page] = page,
     ) -> None:
         self.hub = hub
+        self._made_page = page
         self.token = secrets.token_hex(16)
         self.port = port
         self._host = host
@@ -219,7 +222,7 @@ class LiveServer:
         return None
 
     def _page(self, connection: ServerConnection) -> Response:
-        made = page()
+        made = self._made_page()
         response = connection.respond(HTTPStatus.OK, "")
         response.body = made.text
         del response.headers["Content-Length"], response.headers["Content-Type"]

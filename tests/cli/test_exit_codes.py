@@ -90,7 +90,7 @@ READS: dict[str, tuple[str, list[str]]] = {
     "trace": (".trace", ["--charts", "gate.yaml"]),
 }
 """Of each verb that reads what it is given: a suffix, and arguments with which usage is right."""
-READS_NONE = {"cache", "dap", "explain", "lsp", "new", "paths", "schema", "targets"}
+READS_NONE = {"cache", "dap", "edit", "explain", "lsp", "new", "paths", "schema", "targets"}
 
 
 @pytest.fixture(autouse=True)

@@ -100,6 +100,7 @@ JOBS = {
     "run C": "run beat.yaml --events 'wait 90000s' --target c",
     "shell": "run endless.yaml",
     "serve": "serve endless.yaml",
+    "edit": "edit endless.yaml",
     "dap": "dap",
     "lsp": "lsp",
     "export": "export endless.yaml --to aut --max-states 100000000 --out result.aut",

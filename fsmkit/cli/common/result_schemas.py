@@ -356,6 +356,7 @@ RESULTS: Mapping[str, Schema] = {
     "refine": REFINE,
     "run": RUN,
     "schema": {"anyOf": [_object({"kinds": _map(STRING)}), _object({"file": STRING})]},
+    "edit": _object({"name": STRING, "session": STRING, "address": STRING}),
     "serve": _object({"name": STRING, "session": STRING, "address": STRING, "dap?": INT}),
     "show": {"anyOf": [_object(CHART_KEYS), SYSTEM]},
     "simulate": _object({

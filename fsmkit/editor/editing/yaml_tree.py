@@ -339,7 +339,8 @@ class YamlFile:
         gaps = [one.gap for one in node.loaded[1:]]
         if node is self.root:
             after = node.items[number + 1] if number + 1 < len(node.items) else None
-            return "\n" if gaps and any(gaps) and self._is_large(item, after) else ""
+            is_airy = any(gaps) or len(gaps) < len(("chart", "states"))
+            return "\n" if is_airy and self._is_large(item, after) else ""
         return gaps[0] if gaps and all(gaps) else ""
 
     def _is_large(self, item: Item, after: Item | None) -> bool:

@@ -49,17 +49,26 @@ class Page:
 @cache
 def page() -> Page:
     """Return the page of a server: no other file is wanted, no script but its own is run."""
-    return assemble_page(_read(SOCKET))
+    return assemble_page(socket_transport())
 
 
-def assemble_page(transport: str, *, is_spared: bool = False) -> Page:
+def socket_transport() -> str:
+    """Return the transport of a server."""
+    return _read(SOCKET)
+
+
+def assemble_page(
+    transport: str, *, is_spared: bool = False, script: str = "", style: str = ""
+) -> Page:
     """Return the page with a transport, a script that defines the object ``transport``.
 
     ``is_spared``: for a page that is sent around, remove comments, indentation and the code for
-    pictures of plants; its transport has a replacement.
+    pictures of plants; its transport has a replacement. ``script`` and ``style`` follow the own
+    ones.
     """
     parts = [[n for n in names if not (is_spared and n in PLANT)] for names in (SCRIPTS, STYLES)]
-    script, style = ("".join(map(_read, names)) for names in parts)
+    own_script, own_style = ("".join(map(_read, names)) for names in parts)
+    script, style = own_script + script, own_style + style
     if is_spared:
         script, style = (SPARED.sub("", text) for text in (script, style))
     script = transport + script

@@ -1,0 +1,671 @@
+// The editor: gestures in the drawing become operations on the text, which the server applies.
+
+let documentOf = null; // the last message about the file
+let selected = null; // {kind: "state", id} or {kind: "transition", source, index}
+let isEditing = true;
+let unsent = []; // edits that no server took, by batches of operations
+let afterEdit = null; // what is done with the next document
+let drag = null; // {how: "link" or "move", from, x, y, isMoved, line}
+
+const KIND_WORDS = { atomic: "State", compound: "Composite", parallel: "Parallel", final: "Final", choice: "Choice", "shallow history": "History" };
+const CHILDLESS_KINDS = ["final", "choice", "shallow history", "deep history"];
+const SECTION_WORDS = { in: "Events in", out: "Events out", internal: "Internal events", inputs: "Inputs", outputs: "Outputs", data: "Data", constants: "Constants", operations: "Operations", functions: "Functions", types: "Types", capacity: "Capacity" };
+const SECTION_HINTS = { in: "open(by 0..9)", out: "opened", internal: "tick", inputs: "name", outputs: "name", data: "name", constants: "NAME", operations: "motor(speed -1..1)", functions: "twice(n 0..9) -> int", types: "Colour", capacity: "queue" };
+const VALUE_HINTS = { inputs: "bool", outputs: "bool = false", data: "0..9 = 0", constants: "5s", functions: "2 * n", types: "[red, green]", capacity: "4" };
+
+// --- the document ---------------------------------------------------------------------------------
+
+take = ((inner) => (message) => {
+  if (message.k !== "document") {
+    inner(message);
+    if (message.k === "hello") for (const { chart } of message.machines) if (!session.charts.has(chart)) askedFor.delete(chart);
+    return;
+  }
+  documentOf = message;
+  const { then } = afterEdit || {};
+  afterEdit = null;
+  if (then) then();
+  if (selected && !itemOf(selected)) selected = null;
+  showEditor();
+})(take);
+
+connected = ((inner) => (state) => {
+  inner(state);
+  if (state === "open") showUnsent();
+})(connected);
+
+const stateOf = (id) => documentOf && documentOf.states && documentOf.states.find((each) => each.id === id);
+const isHistory = (state) => state.kind.endsWith("history");
+
+/** Return what the document has of a selected item. */
+function itemOf(what) {
+  if (!what) return null;
+  const state = stateOf(what.kind === "state" ? what.id : what.source);
+  return what.kind === "state" ? state : state && state.transitions[what.index];
+}
+
+/** Ask for edits as one step of undo; `then` runs with the document that has them. */
+async function edit(operations, then) {
+  if (!documentOf) return false;
+  const batch = { hash: documentOf.hash, operations };
+  afterEdit = then ? { then } : null;
+  const done = await say("edit", batch);
+  if (done !== undefined) return true;
+  afterEdit = null;
+  if (!transport.socket || transport.socket.readyState !== WebSocket.OPEN) {
+    unsent.push(batch);
+    showUnsent();
+  }
+  return false;
+}
+
+/** Offer the edits that were made while no server answered. */
+function showUnsent() {
+  const box = $("edit-unsent");
+  box.hidden = !unsent.length;
+  if (!unsent.length) return;
+  box.replaceChildren(
+    make("p", {}, `${unsent.length} edit${unsent.length > 1 ? "s" : ""} could not be sent.`),
+    make("button", { onclick: async () => {
+      const all = unsent;
+      unsent = [];
+      for (const { operations } of all) await edit(operations);
+      showUnsent();
+    } }, "Make them now"),
+    make("button", { onclick: () => { unsent = []; showUnsent(); } }, "Drop them"));
+}
+
+// --- selection ------------------------------------------------------------------------------------
+
+/** Return the selected item for an element of the drawing; null for one of another file. */
+function documentItem(view, what) {
+  const { chart } = view;
+  if (!what || !chart || !documentOf || !documentOf.states) return null;
+  if (what.kind === "state") {
+    const { id } = chart.states[what.index];
+    return stateOf(id) ? { kind: "state", id } : null;
+  }
+  for (const state of documentOf.states) {
+    const index = state.transitions.findIndex((each) => each.drawn === what.index);
+    if (index >= 0) return { kind: "transition", source: state.id, index };
+  }
+  return null;
+}
+
+/** Return the element of the drawing for a selected item. */
+function drawnItem(view, what) {
+  const { chart } = view;
+  if (!what || !chart) return null;
+  if (what.kind === "state") {
+    const index = chart.states.findIndex((each) => each.id === what.id);
+    return index < 0 ? null : { kind: "state", index };
+  }
+  const one = itemOf(what);
+  return one && one.drawn !== null ? { kind: "transition", index: one.drawn } : null;
+}
+
+function select(what, focus) {
+  selected = what;
+  showEditor();
+  if (focus) $("edit-item").focus();
+}
+
+act.choose = ((inner) => (view, what) => {
+  if (!isEditing) { inner(view, what); return; }
+  selected = documentItem(views[0], what);
+  chosen = what && !selected ? { view, ...what } : null; // it is locked
+  showEditor();
+  repaint();
+})(act.choose);
+
+// --- words of transitions -------------------------------------------------------------------------
+
+/** Return the label of a transition as it is typed: `event [guard] / statements`. */
+function labelText(one) {
+  const word = { event: one.label, after: `after ${one.label}`, every: `every ${one.label}`, eventless: "", sometimes: "sometimes" }[one.trigger];
+  const guard = one.keys.if ? `[${one.keys.if[0]}]` : "";
+  const content = one.keys.do ? `/ ${one.keys.do[0].replaceAll("\n", "; ")}` : "";
+  return [word, guard, content].filter(Boolean).join(" ");
+}
+
+/** Read a typed label; a guard may contain brackets. */
+function readLabel(text) {
+  let rest = text.trim();
+  let content = "";
+  let guard = "";
+  let depth = 0;
+  for (let at = 0; at < rest.length; at += 1) {
+    if (rest[at] === "[") depth += 1;
+    if (rest[at] === "]") depth -= 1;
+    if (rest[at] === "/" && depth === 0) {
+      content = rest.slice(at + 1).trim();
+      rest = rest.slice(0, at).trim();
+      break;
+    }
+  }
+  const open = rest.indexOf("[");
+  if (open >= 0 && rest.endsWith("]")) {
+    guard = rest.slice(open + 1, -1).trim();
+    rest = rest.slice(0, open).trim();
+  }
+  const timed = /^(after|every)\s+(.*)$/.exec(rest);
+  if (timed) return { trigger: timed[1], label: timed[2].trim(), guard, content };
+  if (rest === "sometimes") return { trigger: "sometimes", label: "", guard, content };
+  return { trigger: rest ? "event" : "eventless", label: rest.replaceAll(",", " "), guard, content };
+}
+
+/** Return declarations of the events that a label names and nothing declares. */
+function undeclared({ trigger, label }) {
+  if (trigger !== "event" || documentOf.loose || documentOf.extends) return [];
+  const known = ["in", "out", "internal"].flatMap((section) => documentOf.declared[section].map(([name]) => name.split("(")[0].trim()));
+  return label.split(/\s+/).filter((name) => name && !known.includes(name) && !/[*]|^(done|error)(\.|$)/.test(name)).map((name) => ({ op: "Declare", section: "in", name }));
+}
+
+// --- operations -----------------------------------------------------------------------------------
+
+/** Return a name that no state has. */
+function freshName(kind) {
+  const word = { compound: "group", parallel: "parallel", final: "end", choice: "choice", "shallow history": "history" }[kind] || "state";
+  for (let number = 1; ; number += 1) if (!stateOf(`${word}${number}`)) return `${word}${number}`;
+}
+
+/** Add a state inside the selected composite, or beside the selected state; then name it. */
+async function addState(kind) {
+  const here = selected && stateOf(selected.kind === "state" ? selected.id : selected.source);
+  const isInside = here && ["compound", "parallel"].includes(here.kind) && selected.kind === "state";
+  const parent = isInside ? here.id : (here && here.parent) || "";
+  const name = freshName(kind);
+  await edit([{ op: "AddState", parent, name, kind }], () => {
+    selected = { kind: "state", id: name };
+    setTimeout(() => editInPlace());
+  });
+}
+
+/** Add a transition; then its label is typed. */
+async function addTransition(source, target) {
+  const before = stateOf(source);
+  const count = before ? before.transitions.length : 0;
+  await edit([{ op: "AddTransition", source, targets: [target] }], () => {
+    const { transitions } = stateOf(source);
+    const index = transitions.findIndex((each) => each.trigger === "eventless" && each.targets[0] === target && !each.keys.if);
+    selected = { kind: "transition", source, index: index < 0 ? count : index };
+    setTimeout(() => editInPlace());
+  });
+}
+
+async function removeSelected() {
+  if (!selected) return;
+  const operation = selected.kind === "state" ? { op: "RemoveState", state: selected.id } : { op: "RemoveTransition", source: selected.source, index: selected.index };
+  const next = selected.kind === "state" ? null : { kind: "state", id: selected.source };
+  await edit([operation], () => { selected = next; });
+}
+
+async function rename(id, name) {
+  if (name === id) return true;
+  return edit([{ op: "RenameSymbol", kind: "state", name: id, new: name }], () => { selected = { kind: "state", id: name }; });
+}
+
+/** Set trigger, guard and statements of a transition by its typed label, in one step of undo. */
+async function setLabel(what, text) {
+  const one = itemOf(what);
+  const { trigger, label, guard, content } = readLabel(text);
+  const { source, index } = what;
+  const operations = [];
+  if (guard !== (one.keys.if || [""])[0]) operations.push({ op: "SetGuard", source, index, guard });
+  if (content !== (one.keys.do || [""])[0].replaceAll("\n", "; ")) operations.push({ op: "SetContent", source, index, content });
+  if (trigger !== one.trigger || label !== one.label) operations.push(...undeclared({ trigger, label }), { op: "SetTrigger", source, index, trigger, label });
+  if (!operations.length) return true;
+  return edit(operations, () => {
+    const { transitions } = stateOf(source);
+    const same = transitions.findIndex((each) => each.trigger === trigger && each.label === label && (each.keys.if || [""])[0] === guard && each.targets.join() === one.targets.join());
+    selected = { kind: "transition", source, index: same < 0 ? index : same };
+  });
+}
+
+const undo = () => say("undo");
+const redo = () => say("redo");
+
+// --- editing in place -----------------------------------------------------------------------------
+
+/** Open the name of the selected state or the label of the transition where it is drawn. */
+function editInPlace() {
+  const one = itemOf(selected);
+  if (!one || !isEditing) return;
+  const what = selected;
+  const isState = what.kind === "state";
+  const given = isState ? what.id : labelText(one);
+  const input = make("input", { id: "edit-inline", value: given, spellcheck: "false", autocomplete: "off", list: isState ? null : "edit-events",
+    "aria-label": isState ? "Name of the state" : "Label of the transition: event [guard] / statements", placeholder: isState ? "name" : "event [guard] / statements" });
+  const old = $("edit-inline");
+  if (old) old.remove();
+  const drawn = drawnItem(views[0], what);
+  const node = drawn && (views[0].nodes.get(`${isState ? "s" : "t"}${drawn.index}`) || [])[0];
+  const frame = views[0].frame.getBoundingClientRect();
+  const box = node ? node.getBoundingClientRect() : frame;
+  document.body.append(input);
+  input.style.left = `${Math.max(frame.left, Math.min(box.left + (isState ? 0 : box.width / 2), frame.right - 260))}px`;
+  input.style.top = `${Math.max(frame.top, Math.min(box.top + (isState ? 0 : box.height / 2), frame.bottom - 40))}px`;
+  let isDone = false;
+  const close = () => { isDone = true; input.remove(); $("edit-item").focus(); };
+  input.addEventListener("keydown", async (event) => {
+    event.stopPropagation();
+    if (event.key === "Escape") { close(); return; }
+    if (event.key !== "Enter" || isDone) return;
+    event.preventDefault();
+    isDone = true;
+    const isTaken = isState ? await rename(what.id, input.value.trim()) : await setLabel(what, input.value);
+    if (isTaken) close();
+    else { isDone = false; input.focus(); }
+  });
+  input.addEventListener("blur", async () => {
+    if (isDone) return;
+    isDone = true;
+    if (input.value !== given) { if (isState) await rename(what.id, input.value.trim()); else await setLabel(what, input.value); }
+    input.remove();
+  });
+  input.focus();
+  input.select();
+}
+
+// --- the panel ------------------------------------------------------------------------------------
+
+function row(words, control, doc) {
+  return make("label", { class: "edit-row", title: doc || null }, make("span", {}, words), control);
+}
+
+function choice(values, value, change, attributes = {}) {
+  const list = make("select", { ...attributes, onchange: () => change(list.value) }, ...values.map(([text, words]) => make("option", { value: text, selected: text === value }, words ?? text)));
+  return list;
+}
+
+function textBox(value, change, attributes = {}) {
+  const isLong = value.includes("\n") || attributes.rows;
+  const box = make(isLong ? "textarea" : "input", { spellcheck: "false", autocomplete: "off", ...attributes, ...(isLong ? {} : { value }) }, ...(isLong ? [value] : []));
+  const commit = async () => { if (box.value !== value && !(await change(box.value))) box.value = value; };
+  box.addEventListener("change", commit);
+  box.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") { box.value = value; box.blur(); }
+    if (event.key === "Enter" && (!isLong || event.ctrlKey)) box.blur();
+  });
+  return box;
+}
+
+/** Make the rows of the table of keys for a chart, a state or a transition. */
+function keyRows(rows, keys, name, index, hidden_ = []) {
+  return rows.filter((each) => !hidden_.includes(each.name)).map((each) => {
+    const value = keys[each.name] || [];
+    const set = (list) => edit([{ op: "SetKey", state: name, key: each.name, value: list, index: index ?? null }]);
+    if (each.form === "flag") return row(each.name, make("input", { type: "checkbox", checked: value[0] === "true", onchange: (event) => set(event.target.checked ? ["true"] : []) }), each.doc);
+    if (each.form === "choice") return row(each.name, choice(each.choices.map((word) => [word]), value[0] || each.choices[0], (word) => set([word])), each.doc);
+    const isLong = each.form === "handlers" || each.form === "statements" || each.many;
+    if (each.form === "handlers") {
+      if (value.length > 1) return row(each.name, make("pre", {}, value.join("\n")), each.doc);
+      return row(each.name, textBox(value[0] || "", (text) => set(text.trim() ? [text] : []), { rows: Math.max(1, (value[0] || "").split("\n").length) }), each.doc);
+    }
+    const text = value.join("\n");
+    return row(each.name, textBox(text, (given) => set(each.many ? given.split("\n").map((one) => one.trim()).filter(Boolean) : given.trim() ? [given] : []), isLong ? { rows: Math.max(1, value.length) } : {}), each.doc);
+  });
+}
+
+/** The names of all states but those inside of one. */
+function stateChoices(except) {
+  return documentOf.states.filter((each) => each.id !== except).map((each) => [each.id]);
+}
+
+function inside(id) {
+  const found = [];
+  for (const each of documentOf.states) if (each.parent === id) found.push(each.id, ...inside(each.id));
+  return found;
+}
+
+function statePanel(state) {
+  const { id } = state;
+  const within = inside(id);
+  const kinds = [...Object.entries(KIND_WORDS), ["deep history", "Deep history"]];
+  const parents = [["", "(the chart)"], ...documentOf.states.filter((each) => each.id !== id && !within.includes(each.id) && !CHILDLESS_KINDS.includes(each.kind) && !each.use).map((each) => [each.id])];
+  const hasInitial = state.kind === "compound" || isHistory(state);
+  const targets = isHistory(state) ? stateChoices(id) : within.map((each) => [each]);
+  return [
+    row("name", textBox(id, (name) => rename(id, name.trim()), { id: "edit-name" })),
+    ...(state.use ? [row("uses", make("span", {}, state.use))] : [row("kind", choice(kinds, state.kind, (kind) => edit([{ op: "SetKind", state: id, kind }])))]),
+    ...(state.refines ? [] : [row("inside", choice(parents, state.parent || "", (parent) => edit([{ op: "MoveState", state: id, parent }])))]),
+    ...(hasInitial && state.initial.length < 2 ? [row(isHistory(state) ? "default" : "initial", choice([["", "(first)"], ...targets], state.initial[0] || "", (target) => edit([{ op: "SetInitial", state: id, targets: target ? [target] : [] }])))] : []),
+    ...keyRows(documentOf.rows.state, state.keys, id, null),
+    make("h2", {}, "Transitions"),
+    make("ul", { class: "edit-list" }, ...state.transitions.map((one, index) => make("li", {}, make("button", { onclick: () => select({ kind: "transition", source: id, index }) }, `${labelText(one) || "always"} → ${one.targets.join(", ") || "(stays)"}`)))),
+    make("div", { class: "bar" },
+      make("button", { id: "edit-add-transition", title: "t", onclick: () => openTargets(id) }, "Transition to ..."),
+      ...(state.refines ? [] : [make("button", { onclick: () => { const name = freshName("compound"); edit([{ op: "WrapInState", states: [id], name }], () => { selected = { kind: "state", id: name }; }); } }, "Wrap")]),
+      ...(state.kind === "compound" && state.children && !state.refines ? [make("button", { onclick: () => edit([{ op: "UnwrapState", state: id }], () => { selected = null; }) }, "Unwrap")] : []),
+      make("button", { title: "Delete", onclick: removeSelected }, "Remove")),
+  ];
+}
+
+/** Let the target of a new transition be picked by the keyboard. */
+function openTargets(source) {
+  const box = $("edit-targets");
+  const list = make("select", { id: "edit-target", "aria-label": `Target of a transition from ${source}` }, ...documentOf.states.map((each) => make("option", { value: each.id }, each.id)));
+  const close = () => { box.hidden = true; box.replaceChildren(); };
+  const take_ = () => { const target = list.value; close(); addTransition(source, target); };
+  list.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") { event.preventDefault(); take_(); }
+    if (event.key === "Escape") { event.stopPropagation(); close(); $("edit-item").focus(); }
+  });
+  box.replaceChildren(make("label", { class: "edit-row" }, make("span", {}, `${source} → `), list), make("button", { onclick: take_ }, "Add"));
+  box.hidden = false;
+  list.focus();
+}
+
+function transitionPanel(one, { source, index }) {
+  const state = stateOf(source);
+  const last = state.transitions.length - 1;
+  const move = (to) => edit([{ op: "MoveTransition", source, index, to }], () => { selected = { kind: "transition", source, index: to }; });
+  const isOne = one.targets.length < 2;
+  return [
+    row("label", textBox(labelText(one), (text) => setLabel({ kind: "transition", source, index }, text), { id: "edit-label", list: "edit-events", placeholder: "event [guard] / statements" }), "event [guard] / statements; after 5s, every 5s; nothing: always"),
+    row("from", choice(stateChoices(""), source, (to) => edit([{ op: "SetSource", source, index, new: to }], () => { selected = { kind: "state", id: to }; }))),
+    ...(isOne ? [row("to", choice([["", "(stays)"], ...stateChoices("")], one.targets[0] || "", (to) => edit([{ op: "SetTarget", source, index, targets: to ? [to] : [] }])))] : [row("to", make("span", {}, one.targets.join(", ")))]),
+    ...keyRows(documentOf.rows.transition, one.keys, source, index, ["if"]),
+    make("div", { class: "bar" },
+      make("button", { disabled: index === 0, onclick: () => move(index - 1) }, "Earlier"),
+      make("button", { disabled: index === last, onclick: () => move(index + 1) }, "Later"),
+      make("button", { title: "Delete", onclick: removeSelected }, "Remove")),
+  ];
+}
+
+function chartPanel() {
+  const { declared, initial, states } = documentOf;
+  const top = states.filter((each) => each.parent === null && !each.refines);
+  const sections = Object.keys(SECTION_WORDS).map((section) => {
+    const name = make("input", { "aria-label": `${SECTION_WORDS[section]}: name`, placeholder: SECTION_HINTS[section], spellcheck: "false", autocomplete: "off" });
+    const value = VALUE_HINTS[section] ? make("input", { "aria-label": `${SECTION_WORDS[section]}: value`, placeholder: VALUE_HINTS[section], spellcheck: "false", autocomplete: "off" }) : null;
+    const form = make("form", { class: "edit-declare", id: `edit-declare-${section}`, onsubmit: async (event) => {
+      event.preventDefault();
+      if (name.value.trim()) await edit([{ op: "Declare", section, name: name.value.trim(), value: value ? value.value.trim() : "" }], () => setTimeout(() => { const next = document.querySelector(`#edit-declare-${section} input`); if (next) next.focus(); }));
+    } }, name, ...(value ? [value] : []), make("button", {}, "Add"));
+    const items = declared[section].map(([text, given]) => make("li", {}, make("span", { class: "grow" }, given ? `${text}: ${given}` : text),
+      make("button", { class: "ask", "aria-label": `remove ${text}`, onclick: () => edit([{ op: "RemoveDeclaration", section, name: text.split(/[ (]/)[0] }]) }, "×")));
+    return make("details", { open: declared[section].length > 0 || (document.querySelector(`#edit-section-${section}`) || {}).open || null, id: `edit-section-${section}` }, make("summary", {}, make("h2", {}, `${SECTION_WORDS[section]}`)), make("ul", { class: "edit-list" }, ...items), form);
+  });
+  return [
+    row("name", textBox(documentOf.name, (name) => edit([{ op: "SetKey", state: "", key: "chart", value: [name.trim()] }]))),
+    ...(top.length && initial.length < 2 ? [row("initial", choice([["", "(first)"], ...top.map((each) => [each.id])], initial[0] || "", (target) => edit([{ op: "SetInitial", state: "", targets: target ? [target] : [] }])))] : []),
+    ...keyRows(documentOf.rows.chart, documentOf.keys, "", null, ["extends", "abstract", "datamodel", "binding"]),
+    ...sections,
+  ];
+}
+
+/** Say why an item of the drawing cannot be edited here. */
+function lockedPanel() {
+  const chart = views[0].chart;
+  const what = chart && chosen && (chosen.kind === "state" ? chart.states[chosen.index] : chart.transitions[chosen.index]);
+  if (!what) return null;
+  const id = chosen.kind === "state" ? what.id : what.source;
+  const isInherited = what.at.file !== documentOf.file;
+  return [
+    make("p", {}, isInherited ? `It is written in ${what.at.file}, line ${what.at.line}, and locked here.` : "It cannot be edited here."),
+    ...(isInherited && documentOf.extends && !stateOf(id) ? [make("button", { onclick: () => edit([{ op: "OverrideState", state: id }], () => { selected = { kind: "state", id }; }) }, "Override here")] : []),
+  ];
+}
+
+function itemChoices() {
+  const rows = [["", documentOf.name ? `chart ${documentOf.name}` : "chart"]];
+  for (const state of documentOf.states || []) {
+    rows.push([JSON.stringify({ kind: "state", id: state.id }), state.id]);
+    state.transitions.forEach((one, index) => rows.push([JSON.stringify({ kind: "transition", source: state.id, index }), `${state.id}: ${labelText(one) || "always"} → ${one.targets.join(", ") || "(stays)"}`]));
+  }
+  return rows;
+}
+
+function showEditor() {
+  if (!documentOf) return;
+  document.body.classList.toggle("editing", isEditing);
+  setAttribute($("mode-edit"), "aria-pressed", isEditing);
+  setAttribute($("mode-run"), "aria-pressed", !isEditing);
+  $("mode-run").disabled = !documentOf.valid;
+  $("mode-run").title = documentOf.valid ? "" : "The chart has errors: correct them to run it.";
+  if (!documentOf.valid && !isEditing) setMode(true);
+  $("edit-undo").disabled = !documentOf.undo;
+  $("edit-redo").disabled = !documentOf.redo;
+  const isEmpty = documentOf.read && !documentOf.states.length && !documentOf.extends;
+  document.body.classList.toggle("edit-empty", isEmpty);
+  $("edit-hint").hidden = !isEmpty;
+  if (!isEditing) return;
+  const active = document.activeElement;
+  const isTyping = active && $("edit-panel").contains(active) && active.matches("input, textarea, select");
+  const focus = isTyping && active.id ? active.id : "";
+  $("edit-text").textContent = documentOf.text;
+  $("edit-palette").hidden = !documentOf.read;
+  $("edit-item").parentElement.hidden = !documentOf.read;
+  if (!documentOf.read) {
+    $("edit-source").open = true;
+    $("edit-panel").replaceChildren(make("p", {}, "The file cannot be read as a chart. Nothing is lost: this is its text. Correct it in an editor; the drawing follows."));
+  } else {
+    const value = selected ? JSON.stringify(selected) : "";
+    $("edit-item").replaceChildren(...itemChoices().map(([text, words]) => make("option", { value: text, selected: text === value }, words)));
+    const item = itemOf(selected);
+    const rows = item ? (selected.kind === "state" ? statePanel(item) : transitionPanel(item, selected)) : (chosen && lockedPanel()) || chartPanel();
+    $("edit-panel").replaceChildren(...rows);
+    if (focus && $(focus)) $(focus).focus();
+  }
+  const events_ = documentOf.declared ? ["in", "internal"].flatMap((section) => documentOf.declared[section].map(([name]) => name.split("(")[0])) : [];
+  $("edit-events").replaceChildren(...events_.map((name) => make("option", { value: name })), make("option", { value: "after 5s" }));
+  showFindings();
+  repaint();
+}
+
+/** List the findings, and the verdicts of the last check. */
+function showFindings() {
+  const { findings, verdicts } = documentOf;
+  $("edit-findings").replaceChildren(...findings.map((each) => make("li", { class: each.severity }, make("button", { onclick: () => { const found = itemAt(each.at); if (found) select(found); } }, `${each.at ? `line ${each.at.line}: ` : ""}${each.message}`), ...(each.help ? [make("small", {}, each.help)] : []))));
+  $("edit-problems").hidden = !findings.length;
+  $("edit-verdicts").replaceChildren(...verdicts.map((each) => make("span", { class: `edit-chip ${each.result}` }, `${each.name}: ${each.result}`)));
+}
+
+/** Return the innermost state or transition whose first line is at or before a location. */
+function itemAt(at) {
+  if (!at || !documentOf.states || at.file !== documentOf.file) return null;
+  let found = null;
+  let line = 0;
+  for (const state of documentOf.states) {
+    if (state.at.line <= at.line && state.at.line >= line) { found = { kind: "state", id: state.id }; line = state.at.line; }
+    state.transitions.forEach((one, index) => { if (one.at.line <= at.line && one.at.line >= line) { found = { kind: "transition", source: state.id, index }; line = one.at.line; } });
+  }
+  return found;
+}
+
+// --- the drawing ----------------------------------------------------------------------------------
+
+const NODES = { state: "s", transition: "t" };
+let marked = []; // nodes with a class of the editor
+
+paint = ((inner) => () => {
+  inner();
+  if (!isEditing || !documentOf) return;
+  for (const [node, name] of marked) node.classList.remove(name);
+  marked = [];
+  const view = views[0];
+  const mark = (what, name) => {
+    const drawn = drawnItem(view, what);
+    for (const node of (drawn && view.nodes.get(NODES[drawn.kind] + drawn.index)) || []) { node.classList.add(name); marked.push([node, name]); }
+    return drawn;
+  };
+  for (const each of documentOf.findings) if (each.severity !== "note") { const found = itemAt(each.at); if (found) mark(found, "edit-finding"); }
+  const drawn = selected && mark(selected, "edit-selected");
+  showHandle(drawn && drawn.kind === "state" ? (view.nodes.get(`s${drawn.index}`) || [])[0] : null);
+})(paint);
+
+/** Show a new drawing as a person left the old one: zoomed and moved, or whole. */
+views[0].look.show = ((inner) => function show(svg) {
+  const kept = this.box && this.ownBox !== this.box.join() ? this.box : null;
+  inner.call(this, svg);
+  if (!isEditing || !svg || !this.width) return;
+  const [x, y, w, h] = this.whole;
+  if (kept) this.lookAt(kept);
+  else this.centre(x + w / 2, y + h / 2, Math.max(this.unit(this.whole), LETTER / MOST));
+  if (!kept) this.ownBox = this.box.join();
+})(views[0].look.show);
+
+/** Show the handle at the border of the selected state, from which a transition is drawn. */
+function showHandle(node) {
+  const old = $("edit-handle");
+  if (old && node && old.parentNode === node.parentNode && old.of === node) return;
+  if (old) old.remove();
+  if (!node) return;
+  const { x, y, width, height } = node.getBBox();
+  const handle = shape("circle", { id: "edit-handle", class: "edit-handle", cx: x + width, cy: y + height / 2, r: 6 });
+  handle.of = node;
+  node.parentNode.append(handle);
+}
+
+/** Return the coordinates of a mouse in the group of the handle. */
+function pointIn(group, event) {
+  const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(group.getScreenCTM().inverse());
+  return [at.x, at.y];
+}
+
+/** Return the state of this file that is drawn at a point. */
+function stateAt(event) {
+  const under = document.elementsFromPoint(event.clientX, event.clientY).find((node) => views[0].frame.contains(node) && node.id !== "edit-handle" && !node.matches(".edit-line"));
+  const what = under && views[0].meant(under);
+  return what && what.kind === "state" ? documentItem(views[0], what) : null;
+}
+
+views[0].frame.addEventListener("pointerdown", (event) => {
+  if (!isEditing || event.button !== 0 || !documentOf || !documentOf.read) return;
+  if (event.target.id === "edit-handle") {
+    drag = { how: "link", from: selected.id, x: event.clientX, y: event.clientY, group: event.target.parentNode };
+  } else {
+    const from = stateAt(event);
+    if (!from) return;
+    drag = { how: "move", from: from.id, x: event.clientX, y: event.clientY };
+  }
+  event.stopPropagation();
+}, true);
+
+window.addEventListener("pointermove", (event) => {
+  if (!drag) return;
+  if (!drag.isMoved && Math.hypot(event.clientX - drag.x, event.clientY - drag.y) < 8) return;
+  drag.isMoved = true;
+  views[0].frame.classList.add("edit-dragging");
+  if (drag.how !== "link") return;
+  const [x, y] = pointIn(drag.group, event);
+  if (!drag.line) {
+    const [x1, y1] = pointIn(drag.group, { clientX: drag.x, clientY: drag.y });
+    drag.line = shape("line", { class: "edit-line", x1, y1, x2: x, y2: y });
+    drag.group.append(drag.line);
+  }
+  drag.line.setAttribute("x2", x);
+  drag.line.setAttribute("y2", y);
+});
+
+window.addEventListener("pointerup", (event) => {
+  const done = drag;
+  drag = null;
+  if (!done) return;
+  if (done.line) done.line.remove();
+  views[0].frame.classList.remove("edit-dragging");
+  if (!done.isMoved) return;
+  suppressClick = true;
+  setTimeout(() => { suppressClick = false; });
+  const isHere = views[0].frame.contains(document.elementFromPoint(event.clientX, event.clientY));
+  const to = stateAt(event);
+  if (done.how === "link") {
+    if (to) addTransition(done.from, to.id);
+    return;
+  }
+  const state = stateOf(done.from);
+  if (!isHere || !state || state.refines || (to && (to.id === done.from || inside(done.from).includes(to.id)))) return;
+  const parent = to ? to.id : "";
+  if (parent !== (state.parent || "")) edit([{ op: "MoveState", state: done.from, parent }], () => { selected = { kind: "state", id: done.from }; });
+});
+
+let suppressClick = false; // after a drag
+views[0].frame.addEventListener("click", (event) => { if (isEditing && suppressClick) event.stopPropagation(); }, true);
+views[0].frame.addEventListener("dblclick", (event) => {
+  if (!isEditing) return;
+  event.stopPropagation();
+  const what = documentItem(views[0], views[0].meant(event.target));
+  if (!what) return;
+  selected = what;
+  showEditor();
+  editInPlace();
+}, true);
+
+// --- hands ----------------------------------------------------------------------------------------
+
+function setMode(toEdit) {
+  isEditing = toEdit;
+  if (toEdit && ["running", "following"].includes(session.mode.mode)) say("pause");
+  if (!toEdit) { chosen = null; showChosen(); for (const [node, name] of marked) node.classList.remove(name); marked = []; showHandle(null); }
+  views[0].look.setFollowing(!toEdit);
+  showEditor();
+  repaint();
+}
+
+/** Select the item before or after the selected one. */
+function stepSelection(by) {
+  const rows = itemChoices();
+  const at = rows.findIndex(([text]) => text === (selected ? JSON.stringify(selected) : ""));
+  const [text] = rows[(at + by + rows.length) % rows.length];
+  chosen = null;
+  select(text ? JSON.parse(text) : null);
+}
+
+const EDIT_KEYS = {
+  n: () => addState("atomic"),
+  t: () => { if (selected && selected.kind === "state") openTargets(selected.id); },
+  F2: editInPlace,
+  Enter: editInPlace,
+  Delete: removeSelected,
+  ArrowDown: () => stepSelection(1),
+  ArrowUp: () => stepSelection(-1),
+};
+
+document.addEventListener("keydown", (event) => {
+  if (!documentOf) return;
+  const isInput = event.target.matches("input:not([type=checkbox]), textarea");
+  if ((event.ctrlKey || event.metaKey) && !event.altKey && !isInput) {
+    const key = event.key.toLowerCase();
+    if (key === "z" && !event.shiftKey) { event.preventDefault(); undo(); }
+    if (key === "y" || (key === "z" && event.shiftKey)) { event.preventDefault(); redo(); }
+    return;
+  }
+  if (!isEditing || event.ctrlKey || event.metaKey || event.altKey || $("keys").open) return;
+  if (isInput || event.key === "Tab" || event.key === "Escape") return;
+  if (event.target.matches("select") && (event.target.id !== "edit-item" || /^(Arrow| |Home|End)/.test(event.key))) return;
+  if (event.target.matches("button, summary, a") && [" ", "Enter"].includes(event.key)) return;
+  const found = EDIT_KEYS[event.key];
+  if (["0", "+", "-", "?", "h", "j", "k", "l", "o", "i", "x"].includes(event.key) && !event.target.matches("select")) return; // of the drawing
+  event.stopImmediatePropagation();
+  if (!found) return;
+  event.preventDefault();
+  found();
+}, true);
+
+/** Put the controls of the editor into the page. */
+(() => {
+  const modes = make("div", { class: "bar", role: "group", "aria-label": "Mode" },
+    make("button", { id: "mode-edit", "aria-pressed": "true", onclick: () => setMode(true) }, "Edit"),
+    make("button", { id: "mode-run", "aria-pressed": "false", onclick: () => setMode(false) }, "Run"),
+    make("button", { id: "edit-undo", title: "Ctrl Z", onclick: undo }, "Undo"),
+    make("button", { id: "edit-redo", title: "Ctrl Y", onclick: redo }, "Redo"));
+  $("name").after(modes);
+  const kinds = Object.entries(KIND_WORDS).map(([kind, words]) => make("button", { "data-kind": kind, title: kind === "atomic" ? "n" : null, onclick: () => addState(kind) }, words));
+  document.querySelector("aside").prepend(make("section", { id: "edit", "aria-label": "Editor" },
+    make("div", { id: "edit-unsent", class: "panel", role: "status", hidden: true }),
+    make("div", { id: "edit-palette", class: "bar panel", role: "toolbar", "aria-label": "New states" }, ...kinds),
+    make("div", { id: "edit-verdicts", class: "bar", role: "status", "aria-label": "Verdicts of check" }),
+    make("div", { class: "panel" },
+      make("label", { class: "edit-row" }, make("span", {}, "selected"), make("select", { id: "edit-item", onchange: (event) => { chosen = null; select(event.target.value ? JSON.parse(event.target.value) : null, true); } })),
+      make("div", { id: "edit-targets", class: "bar", hidden: true }),
+      make("div", { id: "edit-panel" })),
+    make("details", { id: "edit-problems", class: "panel", open: true, hidden: true }, make("summary", {}, make("h2", {}, "Findings")), make("ul", { id: "edit-findings", class: "edit-list" })),
+    make("details", { id: "edit-source", class: "panel" }, make("summary", {}, make("h2", {}, "Text")), make("pre", { id: "edit-text", tabindex: "0", role: "group", "aria-label": "Text of the file" }))));
+  document.body.append(make("datalist", { id: "edit-events" }));
+  $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
+  const help = $("keys").querySelector("dl");
+  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["↑ ↓", "select the item before, after"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
+  views[0].look.setFollowing(false);
+  document.body.classList.add("editing");
+})();

@@ -1,0 +1,371 @@
+"""The hub of `fsmkit edit`: a session that runs the chart while a client edits it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.chart.loading import base_documents
+from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Source
+from fsmkit.diagnostics.as_json import as_json, location
+from fsmkit.diagnostics.parsing import parse_json
+from fsmkit.document import keys
+from fsmkit.document.document import (
+    HISTORIES,
+    DocState,
+    DocTransition,
+    Document,
+    Kind,
+    Trigger,
+)
+from fsmkit.document.keys import Form, Keys
+from fsmkit.editor.editing import operations as op
+from fsmkit.editor.editing.applying import read
+from fsmkit.editor.editing.documents import all_states
+from fsmkit.editor.editing.session import EditSession, read_operation
+from fsmkit.editor.editing.values import LISTS
+from fsmkit.editor.editing.yaml_tree import plain
+from fsmkit.inspector.commands import id_of, wrong
+from fsmkit.inspector.hub import Hub
+from fsmkit.runtime.live.messages import Done, Refused, encoded, to_json
+from fsmkit.yaml.writer import declarations
+from fsmkit.yaml.writing import WRITE, data
+
+Json = dict[str, Any]
+EDITING = ("edit", "undo", "redo")
+"""The commands of the editor; all others are those of a session."""
+VALID = ("post", "set", "returns", "change", "run", "step")
+"""Commands that need a chart without errors."""
+NOTHING = "chart: Chart\nstates: {none: {}}\n"
+"""What is drawn of a chart without states: the page hides it."""
+
+
+class EditHub(Hub):
+    """A session of a chart file that is edited.
+
+    The session runs the last chart that was read without an error. While the file has errors, the
+    page draws the states and transitions without guards and statements, and nothing runs.
+    """
+
+    def __init__(self, editing: EditSession, **options: Any) -> None:
+        self.editing = editing
+        self.verdicts: list[Json] = []
+        self._document: Document | None = None
+        self._findings: tuple[Diagnostic, ...] = ()
+        self.is_valid = False
+        super().__init__(self._read(), file=editing.path, **options)
+
+    # --- charts -------------------------------------------------------------------------------
+
+    def _read(self) -> Chart:
+        """Return the chart of the present text, or what can be drawn of it."""
+        findings = Findings()
+        self.is_valid = False
+        try:
+            self._document = document = read(self.editing.source)
+            documents = (document, *base_documents(document, findings))
+            chart = elaborate(documents, findings)
+        except FsmkitError as error:
+            self._findings = error.diagnostics
+            chart = None
+            if self._document is not None and self._document.source != self.editing.source:
+                self._document = None
+        else:
+            self._findings = tuple(findings)
+            self.is_valid = chart is not None
+        if chart is None and self._document is not None:
+            chart = _drawable(self._document)
+        if chart is None:
+            chart = getattr(self, "_last", None) or _drawable(read(Source("none", NOTHING)))
+        if chart is None:
+            raise TypeError("a chart of one state can be drawn")
+        self._last = chart
+        return chart
+
+    def changed(self) -> None:
+        """Show the present text to all clients, and run its chart."""
+        self.verdicts = []
+        self.reload(self._read())
+        self.view.clients.send([encoded(self.document())])
+
+    def show_verdicts(self, verdicts: list[Json]) -> None:
+        """Show the verdicts of a check of the present text."""
+        self.verdicts = verdicts
+        self.view.clients.send([encoded(self.document())])
+
+    # --- clients ------------------------------------------------------------------------------
+
+    def welcome(self, client: int) -> None:
+        """Send a client the whole state, and the document."""
+        super().welcome(client)
+        self.view.clients[client].send(encoded(self.document()))
+
+    def receive(self, client: int, text: str | bytes) -> None:
+        """Execute or reject a command of a client, and respond."""
+        try:
+            fields = parse_json(text)
+        except ValueError:
+            fields = {}
+        name = fields.get("do") if isinstance(fields, dict) else None
+        if name == "chart" and fields.get("chart") not in self.view.course.encoder.hashes:
+            # the client asked for a chart that was edited meanwhile
+            self.view.clients[client].send(to_json(Done(re=id_of(text), result=None)))
+            return
+        if name not in EDITING and (self.is_valid or name not in VALID):
+            super().receive(client, text)
+            return
+        one, number = self.view.clients[client], id_of(text)
+        try:
+            if not one.may_command:
+                raise wrong("this session is read-only", "start it without `--read-only`")
+            if name not in EDITING:
+                raise wrong("the chart has errors and cannot run", "correct its findings first")
+            self._edit(str(name), fields)
+        except FsmkitError as error:
+            first = error.diagnostics[0]
+            one.send(
+                to_json(
+                    Refused(
+                        re=number,
+                        rule=first.rule.name,
+                        message=first.message,
+                        help=first.help or "",
+                    )
+                )
+            )
+            if self.editing.source != getattr(self._document, "source", self.editing.source):
+                self.changed()  # another program changed the file meanwhile
+            return
+        one.send(to_json(Done(re=number, result=self.editing.hash)))
+        self.changed()
+
+    def _edit(self, name: str, fields: Json) -> None:
+        match name:
+            case "undo":
+                self.editing.undo()
+            case "redo":
+                self.editing.redo()
+            case _:
+                given = fields.get("operations")
+                if not isinstance(given, list) or not all(isinstance(o, dict) for o in given):
+                    raise wrong("`operations` is a list of operations")
+                operations = [read_operation(one) for one in given]
+                self.editing.edit(operations, str(fields.get("hash", "")))
+
+    # --- the document -------------------------------------------------------------------------
+
+    def document(self) -> Json:
+        """Return the message that describes the file, and all that can be edited in it."""
+        editing, document = self.editing, self._document
+        found: Json = {
+            "k": "document",
+            "hash": editing.hash,
+            "file": str(editing.path),
+            "text": editing.text,
+            "undo": editing.can_undo,
+            "redo": editing.can_redo,
+            "valid": self.is_valid,
+            "read": document is not None,
+            "findings": [as_json(finding) for finding in self._findings],
+            "verdicts": self.verdicts,
+        }
+        if document is None:
+            return found
+        states = list(all_states(document))
+        parents = {id(c): s for s in (document.root, *states) for c in s.children}
+        return {
+            **found,
+            "name": document.name.value,
+            "extends": None if document.extends is None else document.extends.value,
+            "loose": document.datamodel != "fsmkit",
+            "initial": _targets(document.root.initial),
+            "states": [self._state(state, parents.get(id(state))) for state in states],
+            "keys": _values(document, keys.CHART),
+            "declared": _declared(document),
+            "rows": {
+                "chart": _rows(keys.CHART),
+                "state": _rows(keys.STATE),
+                "transition": _rows(keys.TRANSITION),
+            },
+        }
+
+    def _state(self, state: DocState, parent: DocState | None) -> Json:
+        drawn = {(t.span.source.name, t.span.start): t.index for t in self._last.transitions}
+        return {
+            "id": "" if state.id is None else state.id.value,
+            "at": location(state.span),
+            "kind": state.kind.value,
+            "parent": None if parent is None or parent.id is None else parent.id.value,
+            "refines": parent is None,
+            "children": len(state.children),
+            "initial": _targets(state.initial),
+            "use": None if state.use is None or state.use.chart is None else state.use.chart.value,
+            "keys": _values(state, keys.STATE),
+            "transitions": [
+                {
+                    "targets": _targets(one),
+                    "trigger": one.trigger.value,
+                    "label": " ".join(event.value for event in one.events)
+                    or ("" if one.delay is None else one.delay.value),
+                    "at": location(one.span),
+                    "drawn": drawn.get((one.span.source.name, one.span.start)),
+                    "keys": _values(one, keys.TRANSITION),
+                }
+                for one in state.transitions
+            ],
+        }
+
+
+def _targets(one: DocTransition | None) -> list[str]:
+    return [] if one is None else [target.value for target in one.targets]
+
+
+def _values(part: Any, rows: Keys) -> dict[str, list[str]]:
+    """Return the values of keys as texts: one, or those of a list."""
+    found: dict[str, list[str]] = {}
+    for row in rows.values():
+        if row.form in WRITE and row.is_given(part):
+            value = plain(WRITE[row.form](getattr(part, row.field), row))
+            match value:
+                case dict():
+                    found[row.name] = [f"{name}: {text}" for name, text in value.items()]
+                case list():
+                    found[row.name] = [str(one) for one in value]
+                case _:
+                    found[row.name] = [str(value).rstrip("\n")]
+    return found
+
+
+def _rows(rows: Keys) -> list[Json]:
+    """Return the keys that a form can set."""
+    return [
+        {
+            "name": row.name,
+            "doc": row.doc,
+            "form": row.form.name.lower(),
+            "many": row.form in (*LISTS, Form.ARGUMENTS, Form.DATA),
+            "choices": list(row.choices),
+        }
+        for row in rows.values()
+        if row.form is not Form.OWN
+        and row.name not in ("target", "override", "inputs", "outputs")
+        and (rows is not keys.CHART or row.name != "data")
+    ]
+
+
+def _declared(document: Document) -> dict[str, list[list[str]]]:
+    """Return the declarations of each section: names with values."""
+    tree: dict[str, Any] = {key: plain(value) for key, value in declarations(document).items()}
+    for key in ("data", "inputs", "outputs"):
+        tree[key] = plain(dict(data(getattr(document, key))))
+    events = tree.get("events", {})
+    for group in events if isinstance(events, list) else [events]:
+        for direction, names in group.items():
+            tree[direction] = [*tree.get(direction, []), *names]
+    found: dict[str, list[list[str]]] = {}
+    for section in op.SECTIONS:
+        if section in ("entries", "properties"):
+            continue
+        match tree.get(section, []):
+            case dict() as pairs:
+                found[section] = [[name, _shown(value)] for name, value in pairs.items()]
+            case items:
+                found[section] = [[_shown(item), ""] for item in items]
+    return found
+
+
+def _shown(value: object) -> str:
+    match value:
+        case dict():
+            return f"{{{', '.join(f'{name}: {one}' for name, one in value.items())}}}"
+        case list():
+            return f"[{', '.join(map(str, value))}]"
+        case _:
+            return str(value)
+
+
+# --- what can be drawn ----------------------------------------------------------------------------
+
+
+def _drawable(document: Document) -> Chart | None:
+    """Return a chart with the states and transitions of a document that has errors."""
+    if document.extends is not None:
+        return None
+    known = frozenset(s.id.value for s in all_states(document) if s.id is not None)
+    root = _sketched(document.root, known)
+    if not root.children:
+        root = replace(root, children=read(Source("none", NOTHING)).root.children)
+    bare = Document(source=document.source, name=document.name, root=root, datamodel="ecmascript")
+    for one in (bare, replace(bare, root=_without_transitions(root))):
+        findings = Findings()
+        try:
+            chart = elaborate((one,), findings)
+        except FsmkitError:
+            continue
+        if chart is not None:
+            return chart
+    return None
+
+
+def _sketched(state: DocState, known: frozenset[str]) -> DocState:
+    children = tuple(_sketched(child, known) for child in state.children if child.id is not None)
+    kind = state.kind
+    if kind in (Kind.CHOICE, *HISTORIES) or (not children and kind is not Kind.FINAL):
+        kind = Kind.ATOMIC
+    if state.id is None:
+        kind = Kind.COMPOUND
+    inside = _ids(children)
+    initial = state.initial
+    if initial is not None and not {t.value for t in initial.targets} <= inside:
+        initial = None
+    if initial is not None:
+        initial = replace(initial, content=None) if kind is Kind.COMPOUND else None
+    transitions = () if kind is Kind.FINAL else _bare(state.transitions, known)
+    return DocState(
+        state.id, kind, state.span, initial=initial, children=children, transitions=transitions
+    )
+
+
+def _ids(states: Iterable[DocState]) -> set[str]:
+    found: set[str] = set()
+    for state in states:
+        found |= {state.id.value} if state.id is not None else set()
+        found |= _ids(state.children)
+    return found
+
+
+def _bare(
+    transitions: tuple[DocTransition, ...], known: frozenset[str]
+) -> tuple[DocTransition, ...]:
+    return tuple(
+        DocTransition(
+            one.trigger if one.trigger is not Trigger.SOMETIMES else Trigger.EVENTLESS,
+            one.span,
+            events=one.events,
+            delay=one.delay,
+            targets=tuple(target for target in one.targets if target.value in known),
+        )
+        for one in transitions
+    )
+
+
+def _without_transitions(state: DocState) -> DocState:
+    children = tuple(_without_transitions(child) for child in state.children)
+    return replace(state, children=children, transitions=())
+
+
+def new_text(path: Path) -> str:
+    """Return the text of a new file, a chart without states, in the notation of its suffix."""
+    stem = "".join(part.capitalize() for part in path.stem.replace("-", "_").split("_"))
+    name = stem if stem.isidentifier() else "Chart"
+    if path.suffix.lower() in (".scxml", ".xml"):
+        return (
+            '<?xml version="1.0" encoding="UTF-8"?>\n'
+            '<scxml xmlns="http://www.w3.org/2005/07/scxml" xmlns:fk="urn:fsmkit:scxml" '
+            f'version="1.0" name="{name}" datamodel="fsmkit">\n</scxml>\n'
+        )
+    return f"chart: {name}\n"

@@ -1,0 +1,193 @@
+"""A file that is edited: undo, changes by others, and files that cannot be written."""
+
+import errno
+import json
+import os
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.document.document import Kind, Trigger
+from fsmkit.editor.editing import operations as op
+from fsmkit.editor.editing.session import EditSession, read_operation
+from fsmkit.editor.page.hub import EditHub, new_text
+
+TEXT = (
+    "chart: G\nevents: {in: [go, back]}\nstates:\n  a: {on: {go: b}}  # one\n  b: {on: {back: a}}\n"
+)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    found = tmp_path / "g.yaml"
+    found.write_text(TEXT)
+    return found
+
+
+def test_undo_and_redo_restore_the_file_byte_for_byte(path: Path) -> None:
+    path.write_bytes(TEXT.replace("\n", "\r\n").encode())
+    session = EditSession(path)
+    texts = [path.read_bytes()]
+    for name in ("c", "d", "e"):
+        session.edit([op.AddState("", name)], session.hash)
+        texts.append(path.read_bytes())
+    assert all(b"\n" not in text.replace(b"\r\n", b"") for text in texts)
+    for text in reversed(texts[:-1]):
+        session.undo()
+        assert path.read_bytes() == text
+    for text in texts[1:]:
+        session.redo()
+        assert path.read_bytes() == text
+    with pytest.raises(FsmkitError, match="nothing to do again"):
+        session.redo()
+
+
+def test_several_operations_are_one_step_and_all_or_none(path: Path) -> None:
+    session = EditSession(path)
+    with pytest.raises(FsmkitError, match="no state `gone`"):
+        session.edit([op.AddState("", "c"), op.RemoveState("gone")], session.hash)
+    assert path.read_text() == TEXT
+    session.edit([op.AddState("", "c"), op.AddTransition("c", ("a",))], session.hash)
+    session.undo()
+    assert path.read_text() == TEXT
+
+
+def test_an_edit_is_rebased_on_a_change_by_another_program(path: Path) -> None:
+    session = EditSession(path)
+    before = session.hash
+    path.write_text(TEXT.replace("go: b", "back: a, go: b"))
+    session.edit([op.SetGuard("a", 0, "1 < 2")], before)
+    assert "go: {if: 1 < 2, target: b}" in path.read_text()
+    assert "back: a," in path.read_text()
+    session.undo()
+    assert path.read_text() == TEXT.replace("go: b", "back: a, go: b")
+    with pytest.raises(FsmkitError, match="nothing to undo"):
+        session.undo()
+
+
+def test_an_edit_of_an_item_that_is_gone_is_rejected(path: Path) -> None:
+    session = EditSession(path)
+    before = session.hash
+    other = TEXT.replace("go: b", "go: a")
+    path.write_text(other)
+    with pytest.raises(FsmkitError, match="changed meanwhile"):
+        session.edit([op.SetGuard("a", 0, "1 < 2")], before)
+    with pytest.raises(FsmkitError, match="no state"):
+        session.edit([op.RemoveState("gone")], before)
+    with pytest.raises(FsmkitError, match="unknown text"):
+        session.edit([op.RemoveState("a")], "0" * 16)
+    assert path.read_text() == other
+
+
+@pytest.mark.slow
+def test_nothing_is_lost_where_two_editors_write_in_turn(path: Path) -> None:
+    session, random = EditSession(path), Random(1)
+    page: list[str] = []
+    text: list[str] = []
+    for number in range(200):
+        before = session.hash
+        if random.random() < 0.5:
+            path.write_text(path.read_text() + f"  t{number}: {{}}\n")
+            text.append(f"t{number}")
+        session.edit([op.AddState("", f"p{number}")], before)
+        page.append(f"p{number}")
+    found = path.read_text()
+    assert [name for name in (*page, *text) if f"  {name}: {{}}\n" not in found] == []
+
+
+def test_a_symbolic_link_is_not_followed(path: Path, tmp_path: Path) -> None:
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    target = outside / "g.yaml"
+    target.write_text(TEXT)
+    path.unlink()
+    path.symlink_to(target)
+    session = EditSession(path)
+    with pytest.raises(FsmkitError, match="symbolic link"):
+        session.edit([op.AddState("", "c")], session.hash)
+    assert target.read_text() == TEXT
+    assert path.is_symlink()
+
+
+def test_a_full_disk_and_a_read_only_file_are_named(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = EditSession(path)
+
+    def full(descriptor: int) -> None:
+        del descriptor
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "fsync", full)
+        with pytest.raises(FsmkitError, match="No space left"):
+            session.edit([op.AddState("", "c")], session.hash)
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "access", lambda *_: False)
+        with pytest.raises(FsmkitError, match="read-only"):
+            session.edit([op.AddState("", "c")], session.hash)
+    assert path.read_text() == session.text == TEXT
+    assert [one.name for one in path.parent.iterdir()] == [path.name]
+    session.edit([op.AddState("", "c")], session.hash)
+    assert "c: {}" in path.read_text()
+
+
+@pytest.mark.parametrize("name", ["new.yaml", "new.scxml"])
+def test_a_new_file_is_written_by_the_first_edit(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    hub = EditHub(EditSession(path, new_text(path)))
+    assert not path.exists()
+    answers: list[Any] = []
+    client = hub.join(lambda text: answers.append(json.loads(text)))
+    given = {"op": "AddState", "parent": "", "name": "idle", "kind": "atomic"}
+    hub.receive(
+        client, json.dumps({"id": 7, "do": "edit", "hash": hub.editing.hash, "operations": [given]})
+    )
+    assert {"k": "done", "re": 7, "result": hub.editing.hash} in answers
+    assert "idle" in path.read_text()
+    assert hub.is_valid
+    assert hub.document()["states"][0]["id"] == "idle"
+
+
+WRONG = [
+    {"op": "Remove"}, {"op": 7}, {}, {"op": "AddState"},
+    {"op": "AddState", "parent": 7, "name": "x"}, {"op": "SetKind", "state": "a", "kind": "round"},
+    {"op": "SetGuard", "source": "a", "index": "0"},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("fields", WRONG)
+def test_a_wrong_message_is_rejected(fields: dict[str, Any], path: Path) -> None:
+    with pytest.raises(FsmkitError, match="edit-rejected"):
+        read_operation(fields)
+    hub = EditHub(EditSession(path))
+    answers: list[Any] = []
+    client = hub.join(lambda text: answers.append(json.loads(text)))
+    for operations in ([fields], fields, None):
+        hub.receive(
+            client,
+            json.dumps({"id": 1, "do": "edit", "hash": hub.editing.hash, "operations": operations}),
+        )
+        assert answers[-1]["k"] == "refused"
+    assert path.read_text() == TEXT
+
+
+def test_a_chart_with_errors_is_drawn_and_does_not_run(path: Path) -> None:
+    hub = EditHub(EditSession(path))
+    hub.editing.edit(
+        [op.AddTransition("a", ("b",), Trigger.EVENT, "unknown", "x > 1", "y()")], hub.editing.hash
+    )
+    hub.editing.edit([op.AddState("", "c", Kind.CHOICE)], hub.editing.hash)
+    hub.changed()
+    assert not hub.is_valid
+    found = hub.document()
+    assert [one["drawn"] is not None for one in found["states"][0]["transitions"]] == [True, True]
+    assert [one["severity"] for one in found["findings"]][:1] == ["error"]
+    answers: list[Any] = []
+    client = hub.join(lambda text: answers.append(json.loads(text)))
+    hub.receive(client, json.dumps({"id": 1, "do": "run"}))
+    assert answers[-1]["k"] == "refused"
+    assert "errors" in answers[-1]["message"]
