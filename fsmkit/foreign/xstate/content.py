@@ -7,11 +7,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from fsmkit.diagnostics import Findings, Span, Text
-from fsmkit.foreign.imports import OpaqueContent, Recorder, Role, reject
+from fsmkit.foreign.imports import OpaqueContent, Recorder, Remark, Role, reject
 from fsmkit.foreign.words import RESERVED
 from fsmkit.foreign.xstate.expressions import (
     BOOL,
     INT,
+    NUMBERS,
     Scope,
     Translation,
     Typed,
@@ -127,6 +128,11 @@ class Content:
                 self.recorder.lose(f"`context.{key}`, which the host keeps", key.span)
                 continue
             name = self.names.fresh(key.value)
+            if start.type in NUMBERS:
+                message = (
+                    f"`context.{key}` has the type {start.type}; the library has one of numbers"
+                )
+                self.recorder.differs.append(Remark(message, key.span))
             yield key.value, (Typed(name, start.type, is_atom=True), start.text)
 
     def scope(self, events: Iterable[str] | None, params: Record | None = None) -> Scope:

@@ -17,7 +17,7 @@ from functools import cached_property
 
 from fsmkit.diagnostics import Findings, Span, Text
 from fsmkit.document import document as doc
-from fsmkit.foreign.imports import Import, counts
+from fsmkit.foreign.imports import Import, Remark, counts
 from fsmkit.foreign.xstate.content import Content, Guard, Names
 from fsmkit.foreign.xstate.machine import Machine, State, Step
 from fsmkit.foreign.xstate.values import String
@@ -55,6 +55,8 @@ def import_document(
     return content.recorder.imported(name, document, counts(document), opaque)
 
 
+PENDING, MOST_PENDING = 16, 250
+"""Pending events for each delayed ``raise``, and the most that a chart has."""
 OTHER = "\0"
 """The last part of the name of an event that only wildcards match."""
 
@@ -337,7 +339,10 @@ class _Builder:
         content = self.content
         for message, at in machine.lost:
             content.recorder.lose(message, at)
-        queued = len(self.queued) + content.delayed
+        queued = min(len(self.queued) + PENDING * content.delayed, MOST_PENDING)
+        if content.delayed:
+            message = f"at most {max(queued, 4)} delayed events are pending: `capacity: delayed`"
+            content.recorder.differs.append(Remark(message, root.span))
         return doc.Document(
             machine.source,
             _text(Names().fresh(machine.name.value), machine.name.span),
@@ -349,7 +354,7 @@ class _Builder:
             operations=tuple(self._operations()),
             events=tuple(self._declarations()),
             capacities=(
-                (doc.DocCapacity(_text("delayed", span), _text(str(min(queued, 250)), span)),)
+                (doc.DocCapacity(_text("delayed", span), _text(str(queued), span)),)
                 if queued > 4
                 else ()
             ),
