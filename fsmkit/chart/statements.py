@@ -128,3 +128,8 @@ STATEMENTS = frozenset(get_origin(kind) or kind for kind in get_args(Statement))
 
 Block = tuple[Statement, ...]
 """One handler: an error in it skips the rest of it, not the handlers after it (SCXML 4)."""
+
+
+def word_of(statement: Statement) -> str:
+    """Return the word by which messages name a statement: its keyword, or that of its class."""
+    return str(getattr(statement, "word", type(statement).__name__.lower()))

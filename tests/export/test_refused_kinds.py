@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import cast
 
 import pytest
 
+from fsmkit.chart import statements as stmt
+from fsmkit.diagnostics import FsmkitError, Span
 from fsmkit.export.exporter import Exporter, ExportOptions
+from fsmkit.export.uppaal.recorder import Recorder
 from fsmkit.plugins import plugin
 from fsmkit.system.properties.property import Kind, OverGraph
 from tests.verify.conftest import Load
@@ -39,3 +43,24 @@ def test_an_unknown_kind_is_refused(
     lines = text.split("\n")
     (place,) = [n for n, line in enumerate(lines) if REFUSED[notation] in line]
     assert "strange" in "".join(lines[place - 2 : place + 1])
+
+
+@dataclass(frozen=True)
+class Require:
+    """A statement that no notation knows."""
+
+    span: Span
+    word = "require"
+
+
+def test_uppaal_names_a_statement_that_it_does_not_know(load: Load) -> None:
+    chart = load(drive=DRIVE, axis=AXIS, driver=DRIVER).machines[0].chart
+    place = chart.root.span
+    assert place is not None
+    rewriter = object.__new__(Recorder)
+    with pytest.raises(FsmkitError, match="the statement `require` is not translated") as caught:
+        rewriter._statement(cast("stmt.Statement", Require(place)))
+    (finding,) = caught.value.diagnostics
+    assert finding.rule.name == "not-in-uppaal"
+    assert finding.primary is not None
+    assert finding.primary.span == place

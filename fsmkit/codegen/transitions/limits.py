@@ -224,7 +224,9 @@ class Checker:
                 self._report("no local variables of loops", statement.span, advice)
             case _ if not isinstance(statement, PRINTED):
                 advice = "call an operation of the host"
-                self._report("no equivalent of this statement", statement.span, advice)
+                self._report(
+                    f"no equivalent of `{stmt.word_of(statement)}`", statement.span, advice
+                )
             case _:
                 if can_fail(_without_bodies(statement)):
                     advice = "test it before: a divisor for zero, an index for its range"

@@ -436,7 +436,11 @@ class Recorder(Chooser):
                     "make it a machine of its own in a system",
                 )
             case _:
-                raise unsupported("this is not translated", statement.span, "use other statements")
+                raise unsupported(
+                    f"the statement `{stmt.word_of(statement)}` is not translated",
+                    statement.span,
+                    "use other statements",
+                )
 
     def _branch(
         self, branch: stmt.Branch[lang.Expr, stmt.Statement]

@@ -30,6 +30,9 @@ functions:
     if y < x { return 0 }
     return y
   low(x uint64) -> 0..9: min(x, 9)
+  small(x 0..5 fault) -> 0..5: x
+  short(x 0..99) -> 0..5 fault: Small(x)
+types: {Small: 0..5 fault}
 """
 SIGNED, UNSIGNED = ("b", "w", "k", "s", "i"), ("n", "u", "k", "i")
 CONDITIONS = [
@@ -42,6 +45,8 @@ CONDITIONS = [
     *("a[i] == 2", "a[i + 3] == 2", "a[k] + a[0] == 4", "(k | 4) == 7", "(s & 7) == 6"),
     *("(i > 0) == (k > 1)", "k > 2 and (i < 1 or f > 1.0)", "(i if f < 2.0 else k) == 1"),
     *("twice(n) == 10", "twice(n + 4294967290) == 0", "low(u) == 9", "low(u / k) == 9"),
+    *("small(k) == 3", "small(n + 1) == 5", "not (small(n + 1) == 5)", "small(n + 1) < 9 or k > 0"),
+    *("k > 0 or small(n + 1) < 9", "short(k + 40) == 5", "short(k + 40) < 6", "short(k) == 3"),
     *("f * k == 4.5", "f / 0.0 > 1.0", "f < k", "not In(s0)", "In(s0) and f != 0.5"),
 ]
 

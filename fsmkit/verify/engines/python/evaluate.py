@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from fsmkit.chart.chart import Chart
-from fsmkit.language import ContentError, Value, evaluate
+from fsmkit.language import ContentError, RangeFault, Value, evaluate
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.properties.condition import Atom
@@ -85,7 +85,8 @@ def evaluate_property(
 
     ``occurring``: the events, by machine and number, taken in the step to it.
 
-    A condition that cannot be evaluated (an index out of range) counts as false.
+    A condition that cannot be evaluated (an index out of range, an argument of a function outside
+    the range of a parameter with `fault`) counts as false.
     """
     if property_.condition is None:
         return False
@@ -94,6 +95,6 @@ def evaluate_property(
             charts, snapshots, owner=property_.owner, atoms=property_.atoms, occurring=occurring
         )
         holds = bool(evaluate(property_.condition, world))
-    except ContentError:
+    except (ContentError, RangeFault):
         holds = False
     return holds is not property_.is_negated
