@@ -8,7 +8,7 @@ from typing import Any
 
 from fsmkit.chart.chart import result_types
 from fsmkit.diagnostics import FsmkitError
-from fsmkit.inspector.charts import chart_message
+from fsmkit.inspector.charts import DrawnBy, chart_message
 from fsmkit.inspector.commands import wrong
 from fsmkit.inspector.simulation import Delivery, Moment, Simulation, SimulationStep
 from fsmkit.runtime.interpreter.trace import value_text
@@ -41,6 +41,8 @@ class MessageEncoder:
         """Whether it is a chart alone, whose name no line of a script has."""
         self.hashes = tuple(map(hash_of, simulation.charts))
         self._texts: dict[_Key, bytes] = {}
+        self.drawn: DrawnBy | None = None
+        """Draws charts; None for a whole layout of each."""
 
     @property
     def machines(self) -> list[Named]:
@@ -66,7 +68,9 @@ class MessageEncoder:
             ):  # each choice of folded states is another drawing
                 self._texts.pop(next(iter(self._texts)))
             chart = self._charts[self.hashes.index(hash_)]
-            self._texts[key] = to_json(chart_message(chart, hide, fold, is_drawn=is_drawn))
+            self._texts[key] = to_json(
+                chart_message(chart, hide, fold, is_drawn=is_drawn, drawn=self.drawn)
+            )
         return self._texts[key]
 
     def drawing(

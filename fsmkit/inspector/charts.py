@@ -26,6 +26,8 @@ from fsmkit.runtime.script import is_received
 from fsmkit.system.views.drawing import draw, folds_named
 
 Json = dict[str, Any]
+DrawnBy = Callable[[Chart, frozenset[int]], str]
+"""Draws a chart with some folded states, and returns SVG."""
 MOST_DRAWN = 500
 """Maximum number of drawn states: Graphviz takes a second for them, minutes for ten times."""
 
@@ -38,11 +40,17 @@ HIDDEN: dict[str, Callable[[Transition], bool]] = {
 
 
 def chart_message(
-    chart: Chart, hide: Sequence[str] = (), fold: Sequence[str] = (), *, is_drawn: bool = True
+    chart: Chart,
+    hide: Sequence[str] = (),
+    fold: Sequence[str] = (),
+    *,
+    is_drawn: bool = True,
+    drawn: DrawnBy | None = None,
 ) -> ChartOf:
     """Return a chart as a message, drawn without the parts named by ``hide`` if possible.
 
-    ``fold``: states whose substates are omitted. Raises `FsmkitError` for names that cannot be
+    ``fold``: states whose substates are omitted. ``drawn``: draws the chart, instead of a whole
+    layout. Raises `FsmkitError` for names that cannot be
     hidden (``wrong-command``) or folded (``unknown-name``).
     """
     folds = folds_named(chart, fold)
@@ -50,7 +58,7 @@ def chart_message(
         if name not in HIDDEN:
             help_ = suggest(name, HIDDEN, f"use one of {', '.join(HIDDEN)}")
             raise wrong(f"there is nothing `{name}` to be hidden", help_)
-    svg, undrawn = _drawn(_without(chart, hide), folds) if is_drawn else ("", "")
+    svg, undrawn = _drawn(_without(chart, hide), folds, drawn) if is_drawn else ("", "")
     return ChartOf(
         chart=hash_of(chart),
         name=chart.name,
@@ -165,13 +173,16 @@ def _without(chart: Chart, hide: Sequence[str]) -> Chart:
     return replace(chart, states=tuple(states))
 
 
-def _drawn(chart: Chart, fold: frozenset[int]) -> tuple[str, str]:
+def _drawn(chart: Chart, fold: frozenset[int], drawn: DrawnBy | None = None) -> tuple[str, str]:
     """Return the drawing and an empty string; or an empty string and why drawing failed."""
     count = len(shown(boxed(chart, fold))) - 1  # without the root
     if count > MOST_DRAWN:
         return "", f"A drawing has at most {MOST_DRAWN} states, and this has {count:,}: fold some."
     try:
-        found = draw(chart, Path("drawing.svg"), unfolded=(ALL,), fold=fold)
+        if drawn is not None:
+            found: str | bytes = drawn(chart, fold)
+        else:
+            found = draw(chart, Path("drawing.svg"), unfolded=(ALL,), fold=fold)
     except FsmkitError as error:
         return "", why_no_drawing() or error.diagnostics[0].message
     svg = found.decode("utf-8") if isinstance(found, bytes) else found

@@ -66,6 +66,8 @@ class EditSession:
         self._disk = self._bytes()
         self.is_new = self._disk is None
         self.text = text if self._disk is None else self._decoded(self._disk)
+        self.is_edited = False
+        """Whether this session has written the file."""
         self._undo: list[str] = []
         self._redo: list[str] = []
         self._known: OrderedDict[str, str] = OrderedDict()
@@ -211,34 +213,42 @@ class EditSession:
             )
         is_dos = self._disk is not None and b"\r\n" in self._disk
         content = (text.replace("\n", "\r\n") if is_dos else text).encode("utf-8")
-        name = ""
         try:
-            with tempfile.NamedTemporaryFile(
-                dir=self.path.parent, prefix=f".{self.path.name}.", delete=False
-            ) as file:
-                name = file.name
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            if self.path.exists():
-                Path(name).chmod(self.path.stat().st_mode & 0o7777)
-            else:
-                mask = os.umask(0)
-                os.umask(mask)
-                Path(name).chmod(0o666 & ~mask)
-            Path(name).replace(self.path)
+            write_atomically(self.path, content)
         except OSError as error:
-            with suppress(OSError):
-                if name:
-                    Path(name).unlink()
             raise self._failed("write", error) from error
-        self._disk, self.is_new = content, False
+        self._disk, self.is_new, self.is_edited = content, False, True
 
     def _failed(self, what: str, error: OSError) -> FsmkitError:
         rule = "unwritable-output" if what == "write" else "unreadable-file"
         message = f"cannot {what} `{self.path.name}`: {error.strerror or error}"
         kept = "; the edit was not made" if what == "write" else ""
         return fail(rule, message + kept, help="correct that, and repeat the edit")
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file that has the old content or the new one at any time; raises `OSError`."""
+    name = ""
+    try:
+        with tempfile.NamedTemporaryFile(
+            dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as file:
+            name = file.name
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            Path(name).chmod(path.stat().st_mode & 0o7777)
+        else:
+            mask = os.umask(0)
+            os.umask(mask)
+            Path(name).chmod(0o666 & ~mask)
+        Path(name).replace(path)
+    except OSError:
+        with suppress(OSError):
+            if name:
+                Path(name).unlink()
+        raise
 
 
 def rebased(operation: op.Operation, old: Document, new: Document) -> op.Operation:

@@ -225,6 +225,14 @@ async function setLabel(what, text) {
 const undo = () => say("undo");
 const redo = () => say("redo");
 
+/** Lay the drawing out anew; otherwise states keep their positions. */
+async function tidy() {
+  for (const hash of session.charts.keys()) askedFor.delete(hash);
+  if ((await say("tidy")) === undefined) return;
+  askedFor.clear();
+  repaint();
+}
+
 // --- editing in place -----------------------------------------------------------------------------
 
 /** Open the name of the selected state or the label of the transition where it is drawn. */
@@ -649,7 +657,8 @@ document.addEventListener("keydown", (event) => {
     make("button", { id: "mode-edit", "aria-pressed": "true", onclick: () => setMode(true) }, "Edit"),
     make("button", { id: "mode-run", "aria-pressed": "false", onclick: () => setMode(false) }, "Run"),
     make("button", { id: "edit-undo", title: "Ctrl Z", onclick: undo }, "Undo"),
-    make("button", { id: "edit-redo", title: "Ctrl Y", onclick: redo }, "Redo"));
+    make("button", { id: "edit-redo", title: "Ctrl Y", onclick: redo }, "Redo"),
+    make("button", { id: "edit-tidy", title: "lay the drawing out anew", onclick: tidy }, "Tidy"));
   $("name").after(modes);
   const kinds = Object.entries(KIND_WORDS).map(([kind, words]) => make("button", { "data-kind": kind, title: kind === "atomic" ? "n" : null, onclick: () => addState(kind) }, words));
   document.querySelector("aside").prepend(make("section", { id: "edit", "aria-label": "Editor" },

@@ -33,6 +33,8 @@ async def follow_file(hub: EditHub) -> None:
                 running.cancel()
                 running = None
             seen = now
+            if rests == QUIET:
+                hub.save_hints()
             if running is not None and running.done():
                 found = running.result()
                 running = None

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.drawing.positions.placement import (
+    Placement,
+    hints_path,
+    hints_text,
+    read_hints,
+    renamed,
+)
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.loading import base_documents
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Source
@@ -26,17 +34,18 @@ from fsmkit.document.keys import Form, Keys
 from fsmkit.editor.editing import operations as op
 from fsmkit.editor.editing.applying import read
 from fsmkit.editor.editing.documents import all_states
-from fsmkit.editor.editing.session import EditSession, read_operation
+from fsmkit.editor.editing.session import EditSession, read_operation, write_atomically
 from fsmkit.editor.editing.values import LISTS
 from fsmkit.editor.editing.yaml_tree import plain
 from fsmkit.inspector.commands import id_of, wrong
 from fsmkit.inspector.hub import Hub
 from fsmkit.runtime.live.messages import Done, Refused, encoded, to_json
+from fsmkit.system.views.drawing import draw_kept
 from fsmkit.yaml.writer import declarations
 from fsmkit.yaml.writing import WRITE, data
 
 Json = dict[str, Any]
-EDITING = ("edit", "undo", "redo")
+EDITING = ("edit", "undo", "redo", "tidy")
 """The commands of the editor; all others are those of a session."""
 VALID = ("post", "set", "returns", "change", "run", "step")
 """Commands that need a chart without errors."""
@@ -57,7 +66,11 @@ class EditHub(Hub):
         self._document: Document | None = None
         self._findings: tuple[Diagnostic, ...] = ()
         self.is_valid = False
+        self.placement: Placement | None = read_hints(editing.path)
+        """The positions of the last drawing, which the next one keeps."""
+        self._saved = self.placement
         super().__init__(self._read(), file=editing.path, **options)
+        self.view.course.encoder.drawn = self._draw
 
     # --- charts -------------------------------------------------------------------------------
 
@@ -90,7 +103,25 @@ class EditHub(Hub):
         """Show the present text to all clients, and run its chart."""
         self.verdicts = []
         self.reload(self._read())
+        self.view.course.encoder.drawn = self._draw
         self.view.clients.send([encoded(self.document())])
+
+    def _draw(self, chart: Chart, fold: frozenset[int]) -> str:
+        """Draw a chart; states that stay keep their positions."""
+        svg, placement = draw_kept(chart, self.placement, fold=fold)
+        if not fold:
+            self.placement = placement
+        return svg
+
+    def save_hints(self) -> None:
+        """Write the positions of an edited chart beside it; what cannot be written is lost."""
+        if self.placement is None or self.placement is self._saved or not self.editing.is_edited:
+            return
+        self._saved = self.placement
+        path = hints_path(self.editing.path)
+        if not path.is_symlink():
+            with suppress(OSError):
+                write_atomically(path, hints_text(self.placement).encode())
 
     def show_verdicts(self, verdicts: list[Json]) -> None:
         """Show the verdicts of a check of the present text."""
@@ -149,12 +180,17 @@ class EditHub(Hub):
                 self.editing.undo()
             case "redo":
                 self.editing.redo()
+            case "tidy":
+                self.placement = None
             case _:
                 given = fields.get("operations")
                 if not isinstance(given, list) or not all(isinstance(o, dict) for o in given):
                     raise wrong("`operations` is a list of operations")
                 operations = [read_operation(one) for one in given]
                 self.editing.edit(operations, str(fields.get("hash", "")))
+                for one in operations:
+                    if isinstance(one, op.RenameSymbol) and self.placement is not None:
+                        self.placement = renamed(self.placement, one.name, one.new)
 
     # --- the document -------------------------------------------------------------------------
 
