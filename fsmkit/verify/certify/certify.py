@@ -16,7 +16,7 @@ from fsmkit.verify.certify.certificate import certificate, changes
 from fsmkit.verify.certify.comparison import Executions, Progress, Request, compare
 from fsmkit.verify.certify.emulator import Emulator, Image, image_of, require_emulator
 from fsmkit.verify.certify.firmware import load_firmware
-from fsmkit.verify.certify.host import HostMachine
+from fsmkit.verify.certify.host import HostMachine, build_host
 from fsmkit.verify.certify.layout import Translation
 from fsmkit.verify.certify.processors import Processor
 from fsmkit.verify.certify.program import Program, program_of
@@ -66,12 +66,13 @@ def _certify(
     elif processor is not None:
         binary = build(program, cross, command)
         image = image_of(binary.path, program.prefix)
-    with HostMachine(program, own, own_command, absent) as host:
-        executions = _executions(program, host, own, image, processor)
+    objects = build_host(program, own, own_command, absent)
+    with HostMachine(own) as host:
+        executions = executions_of(program, host, own, image, processor)
         comparison = compare(chart, program, executions, request, progress, absent)
     return certificate(
         chart, comparison, request, processor=processor, command=command, host_command=own_command,
-        binary=binary, objects=host.objects,
+        binary=binary, objects=objects,
     )  # fmt: skip
 
 
@@ -83,13 +84,14 @@ def _shared_flags(command: Sequence[str]) -> list[str]:
     ]
 
 
-def _executions(
+def executions_of(
     program: Program,
     host: HostMachine,
     folder: Path,
     image: Image | None,
     processor: Processor | None,
 ) -> Executions:
+    """Return the machine on this computer, built in a folder, and that in the emulator."""
     figures = program.machine.figures
     size, saved = figures["struct_bytes"], figures["saved_bytes"] + 1
     if image is None or processor is None:

@@ -136,20 +136,41 @@ def compare(
 
     ``absent``: the functions of the machine that are not called.
     """
+    found = exploration(chart, program, request, absent)
+    for number, packet in packets(found, request, executions.saved, progress):
+        _execute(found, executions, number, packet)
+    found.is_complete = found.explored == len(found.states) and not found.differences
+    return found
+
+
+def exploration(
+    chart: Chart, program: Program, request: Request, absent: Sequence[str] = ()
+) -> Comparison:
+    """Return a comparison before its first step."""
     system = replace(system_of(chart), properties=())
     closed = close(system, untimed=True, keeps_dead=True)
-    steps = Steps(chart, closed, program.names, partition_of(system), request.seed, absent)
-    found = Comparison(program, closed, steps, [steps.initial()], [(0, "")])
-    numbers = {steps.initial(): 0}
+    partition = partition_of(system)
+    steps = Steps(chart, closed, program.names, partition, request.seed, absent)
+    return Comparison(program, closed, steps, [steps.initial()], [(0, "")])
+
+
+def packets(
+    found: Comparison, request: Request, saved: int, progress: Progress | None = None
+) -> Iterator[tuple[int, Batch]]:
+    """Explore breadth first; yield the number of a state and steps from it, which are then taken.
+
+    ``saved``: the bytes that this computer saves for each step.
+    """
+    numbers = {found.states[0]: 0}
     started = time.monotonic()
     for number, state in enumerate(found.states):
         if found.taken >= request.limit or len(found.differences) >= MOST_DIFFERENCES:
-            break
+            return
         if request.timeout and time.monotonic() - started > request.timeout:
-            break
-        for batch in _timed(found, steps.batches(state)):
-            for packet in _packets(batch, executions.saved):
-                _execute(found, executions, number, packet)
+            return
+        for batch in _timed(found, found.steps.batches(state)):
+            for packet in _packets(batch, saved):
+                yield number, packet
                 for step in packet.steps:
                     after = step.expected.after
                     if after is not None and step.is_explored and after not in numbers:
@@ -159,8 +180,6 @@ def compare(
         found.explored = number + 1
         if progress is not None:
             progress(len(found.states), len(found.states) - number - 1, found.taken)
-    found.is_complete = found.explored == len(found.states) and not found.differences
-    return found
 
 
 def _timed(found: Comparison, batches: Iterator[Batch]) -> Iterator[Batch]:
@@ -204,13 +223,13 @@ def _execute(found: Comparison, executions: Executions, number: int, packet: Bat
     found.repeated += sum(not step.is_explored for step in packet.steps)
     found.differences += (
         Difference(step.name, found.path(number), what)
-        for step, what in _against_interpreter(executions, packet, answers)
+        for step, what in against_interpreter(executions, packet, answers)
     )
     if executions.emulator is not None:
         _emulate(found, executions, number, packet, requests, answers)
 
 
-def _against_interpreter(
+def against_interpreter(
     executions: Executions, packet: Batch, answers: Answers
 ) -> Iterator[tuple[Step, str]]:
     """Yield the steps in which the C on this computer differs from the interpreter."""

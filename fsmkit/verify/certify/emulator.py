@@ -25,6 +25,8 @@ INSTRUCTIONS = 20_000_000
 """The instructions of one step before it counts as endless."""
 HOOK_CODE, HOOK_MEMORY = 4, 1024 | 2048
 ANYWHERE = (1 << 64) - 1
+SECONDS = 60.0
+"""The time of the steps of one packet before the machine counts as endless."""
 WRONG = {1: "reads", 2: "writes"}
 
 
@@ -183,7 +185,9 @@ class Emulator:
             self._call("uc_ctl", self._uc, ctl, self._number(processor.model))
         self._regions: list[Region] = []
         self._map()
+        self.seconds = SECONDS
         self._probe = _Probe()
+        self._observer = ctypes.c_size_t()
         self._watch()
 
     def __del__(self) -> None:
@@ -308,6 +312,27 @@ class Emulator:
     def _word(self, name: str) -> int:
         return int.from_bytes(self.read(self._address(name), 4), self._order)  # type: ignore[arg-type]
 
+    def reload(self, address: int = 0, data: bytes = b"") -> None:
+        """Load the binary again, with other bytes at an address: a seeded fault."""
+        for start, content, size in self.image.segments:
+            self.write(start, content + bytes(size - len(content)))
+        if data:
+            self.write(address, data)
+        flush = self._number("UC_CTL_TB_FLUSH") | 1 << 30  # UC_CTL_WRITE
+        self._call("uc_ctl", self._uc, flush)
+
+    def observe(self, function: Any) -> None:
+        """Call a function for each instruction outside of the driver; None: no longer."""
+        if function is None:
+            self._call("uc_hook_del", self._uc, self._observer)
+            return
+        self._observer = ctypes.c_size_t()
+        first, last = ctypes.c_uint64(self._probe.driver.end), ctypes.c_uint64(ANYWHERE)
+        self._call(
+            "uc_hook_add", self._uc, ctypes.byref(self._observer), HOOK_CODE, function, None,
+            first, last,
+        )  # fmt: skip
+
     def answer(self, state: bytes, requests: bytes) -> bytes:
         """Return the answers to requests from a state, a machine in this processor's layout.
 
@@ -320,7 +345,8 @@ class Emulator:
         self._set_word("certify_request_size", len(requests))
         self._set_word("certify_answered", 0)
         self.write(self._address("certify_active"), b"\0")
-        found = []
+        found: list[bytes] = []
+        answered = 0
         begin = self._address("certify_main")
         until = self._stack.end - 16
         while self._word("certify_answered") < len(requests):
@@ -333,10 +359,13 @@ class Emulator:
                 self._set(register, value)
             wrong = self._lib.uc_emu_start(
                 self._uc, ctypes.c_uint64(begin | processor.is_thumb), ctypes.c_uint64(until),
-                ctypes.c_uint64(0), ctypes.c_size_t(0),
+                ctypes.c_uint64(int(self.seconds * 1_000_000)), ctypes.c_size_t(0),
             )  # fmt: skip
             if wrong or probe.wrong:
                 raise StepError(max(0, probe.count - 1), self._why(wrong))
+            if self._word("certify_answered") == answered:
+                raise StepError(max(0, probe.count - 1), f"does not return in {self.seconds} s")
+            answered = self._word("certify_answered")
             size = self._word("certify_answer_size")
             found.append(self.read(self._address("certify_answers"), size))
         return b"".join(found)

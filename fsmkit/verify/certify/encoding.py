@@ -15,7 +15,7 @@ from fsmkit.plan.image import code, flat, scalars
 from fsmkit.runtime.interpreter import snapshot as snap
 
 CALLED, SENT = 1, 2
-"""The first byte of an entry of a trace."""
+"""The first byte of an entry of a trace. Its machine follows, and whether the call names it."""
 
 
 class Values:
@@ -106,12 +106,12 @@ class Machine:
         match effect:
             case snap.Called(operation, arguments, result):
                 number, values = self._operations[operation]
-                trace += struct.pack("<BBH", CALLED, self.number, number)
+                trace += struct.pack("<BBBH", CALLED, self.number, 1, number)
                 trace += values.encode(arguments)
                 if result is not None:
                     results += self._results[operation].encode((result,))
             case snap.Emitted(occurrence) if effect.is_leaving and occurrence.event in self._sent:
-                trace += struct.pack("<BBH", SENT, self.number, occurrence.event)
+                trace += struct.pack("<BBBH", SENT, self.number, 1, occurrence.event)
                 trace += self._events[occurrence.event].encode(occurrence.payload)
             case snap.InvokedMacrostep(invocation, macrostep):
                 inner = self.inner[invocation]

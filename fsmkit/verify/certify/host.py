@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -29,39 +29,46 @@ class Answers:
     saved: bytes
 
 
+def build_host(
+    program: Program, folder: Path, compiler: Sequence[str], absent: Sequence[str] = ()
+) -> dict[str, bytes]:
+    """Build the machine with a compiler and its flags; return the object code by source.
+
+    ``absent``: the functions of the machine that are not called.
+    """
+    for name, text in program.files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    without = [f"-DCERTIFY_WITHOUT_{name.upper()}" for name in absent]
+    flags = [*FLAGS, f"-fdebug-prefix-map={folder}=.", "-DCERTIFY_HOST", *without]
+    p = program.prefix
+    own = [f"{p}_info.c", "fsm_save.c", f"driver_{p}.c", "driver.c", "host.c"]
+    names = dict.fromkeys([*program.sources, *own])
+    for name in names:
+        compile_c(["-c", name, "-o", object_of(name), *flags], folder, compiler=compiler)
+    link_host(names, folder, compiler)
+    return {name: (folder / object_of(name)).read_bytes() for name in program.sources}
+
+
+def object_of(source: str) -> str:
+    """Return the name of the object file of a source."""
+    return f"{source.removesuffix('.c')}.host.o"
+
+
+def link_host(sources: Iterable[str], folder: Path, compiler: Sequence[str]) -> None:
+    """Link the program ``host`` from the objects of sources."""
+    compile_c([*map(object_of, sources), "-o", "host"], folder, compiler=compiler[:1])
+
+
 class HostMachine:
     """A machine in a process of its own, so that a crash there is a finding."""
 
-    def __init__(
-        self, program: Program, folder: Path, compiler: Sequence[str], absent: Sequence[str] = ()
-    ) -> None:
-        """Build the machine with a compiler and its flags; start it.
+    def __init__(self, folder: Path, seconds: int = 0) -> None:
+        """Start the program that `build_host` has built in a folder.
 
-        ``absent``: the functions of the machine that are not called.
+        ``seconds``: the processor time after which it ends, 0 for no limit.
         """
-        without = [f"-DCERTIFY_WITHOUT_{name.upper()}" for name in absent]
-        for name, text in program.files.items():
-            (folder / name).write_text(text, encoding="utf-8")
-        p = program.prefix
-        objects: list[str] = []
-        prefix = f"-fdebug-prefix-map={folder}=."
-        for name in (*program.sources, f"{p}_info.c", "fsm_save.c", f"driver_{p}.c", "driver.c",
-                     "host.c"):  # fmt: skip
-            target = f"{name.removesuffix('.c')}.host.o"
-            compile_c(
-                ["-c", name, "-o", target, *FLAGS, prefix, "-DCERTIFY_HOST", *without],
-                folder,
-                compiler=compiler,
-            )
-            if target not in objects:
-                objects.append(target)
-        compile_c([*objects, "-o", "host"], folder, compiler=compiler[:1])
-        self.objects = {
-            name: (folder / f"{name.removesuffix('.c')}.host.o").read_bytes()
-            for name in program.sources
-        }
         self._process = subprocess.Popen(
-            [str(folder / "host")], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            [str(folder / "host"), str(seconds)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
 
     def __enter__(self) -> Self:

@@ -94,7 +94,7 @@ def driver(names: Names) -> str:
     out = Emitter()
     p = names.prefix
     out.lines([f'#include "{p}.h"', '#include "driver.h"', ""])
-    for inner in _family(names):
+    for inner, _ in _family(names):
         if inner is not names:
             out.line(f'#include "{inner.prefix}.h"')
     out.lines(
@@ -128,11 +128,11 @@ def driver(names: Names) -> str:
     return out.finish()
 
 
-def _family(names: Names) -> Iterator[Names]:
-    """Yield a machine after those in its slots."""
-    for inner in names.invoked:
-        yield from _family(inner)
-    yield names
+def _family(names: Names, place: str = "fsm_machine") -> Iterator[tuple[Names, str]]:
+    """Yield a machine after those in its slots, each with the C expression of its struct."""
+    for inner, slot in zip(names.invoked, names.slots, strict=True):
+        yield from _family(inner, f"{place}.{slot}")
+    yield names, place
 
 
 def _prepare(out: Emitter, names: Names) -> None:
@@ -164,13 +164,14 @@ def _read_event(out: Emitter, names: Names) -> None:
 
 def _host_functions(out: Emitter, names: Names) -> None:
     """Print the operations and the functions that take events, for each machine."""
-    for number, each in enumerate(_family(names)):
-        out.lines(["", f"static void fsm_call_{number}(uint32_t at, const void *const *given,"])
-        out.line("                       void *result)")
+    for number, (each, place) in enumerate(_family(names)):
+        out.lines(["", f"static void fsm_call_{number}(bool is_own, uint32_t at,"])
+        out.line("                       const void *const *given, void *result)")
         with out.block("{"):
             out.line("const uint8_t active = certify_leave();")
             out.lines(["(void)given;", "(void)result;", "certify_put8(CERTIFY_CALLED);"])
-            out.lines([f"certify_put8({number}u);", "certify_put16((uint16_t)at);"])
+            out.lines([f"certify_put8({number}u);", "certify_put8((uint8_t)is_own);"])
+            out.line("certify_put16((uint16_t)at);")
             with out.block("switch (at) {"):
                 for index, operation in enumerate(each.chart.operations):
                     out.line(f"case {index}u:")
@@ -181,11 +182,13 @@ def _host_functions(out: Emitter, names: Names) -> None:
                     out.line("break;")
                 out.lines(["default:", "break;"])
             out.line("certify_enter(active);")
-        out.lines(["", f"static void fsm_send_{number}(uint32_t at, const void *const *given)"])
+        out.lines(["", f"static void fsm_send_{number}(bool is_own, uint32_t at,"])
+        out.line("                       const void *const *given)")
         with out.block("{"):
             out.line("const uint8_t active = certify_leave();")
             out.lines(["(void)given;", "certify_put8(CERTIFY_SENT);"])
-            out.lines([f"certify_put8({number}u);", "certify_put16((uint16_t)at);"])
+            out.lines([f"certify_put8({number}u);", "certify_put8((uint8_t)is_own);"])
+            out.line("certify_put16((uint16_t)at);")
             with out.block("switch (at) {"):
                 for index in sent_events(each.chart):
                     out.line(f"case {index}u:")
@@ -194,9 +197,9 @@ def _host_functions(out: Emitter, names: Names) -> None:
                 out.lines(["default:", "break;"])
             out.line("certify_enter(active);")
         out.lines(["", "#undef FSM_HOST_CALL", "#undef FSM_HOST_SEND"])
-        call = f"((void)(m), fsm_call_{number}(operation, given, result))"
+        call = f"fsm_call_{number}((m) == &{place}, operation, given, result)"
         out.line(f"#define FSM_HOST_CALL(m, operation, given, result) {call}")
-        send = f"((void)(m), fsm_send_{number}(event, given))"
+        send = f"fsm_send_{number}((m) == &{place}, event, given)"
         out.line(f"#define FSM_HOST_SEND(m, event, given) {send}")
         print_host(out, each)
 

@@ -77,8 +77,8 @@ def mutated(program: Program, old: str, new: str) -> Program:
 
 
 @pytest.mark.cc
-def test_each_line_that_acts_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Drop one statement of the generated C at a time: each is found, or leaves equal code."""
+def test_each_faulty_call_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drop a call in the generated C, or name another machine in it: each fault is found."""
     chart = chart_of(GATE)
     program = program_of(chart, None, certifying.options_of(""))
     text = program.files["gate.c"]
@@ -88,8 +88,10 @@ def test_each_line_that_acts_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
         if line.startswith("    ") and line.rstrip().endswith(");") and "gate_motor(" in line
     ]
     assert len(lines) >= 3
-    for line in lines:
-        faulty = mutated(program, line, "    ;")
+    others = [line.replace("gate_motor(m,", "gate_motor(m + 1,") for line in lines]
+    for line, other in [*((line, "    ;") for line in lines), *zip(lines, others, strict=True)]:
+        assert other != line
+        faulty = mutated(program, line, other)
         monkeypatch.setattr(certifying, "program_of", lambda *_, faulty=faulty: faulty)
         document = certified(GATE)
         assert document["result"] == "different", line
