@@ -21,6 +21,7 @@ PAGES = (
     pytest.param("how-to/existing-c", 10, "cc libclang"),
     pytest.param("how-to/import-python-statemachine", 5, "cc python-statemachine"),
     pytest.param("how-to/import-qm", 6, "cc"),
+    pytest.param("how-to/add-a-reader", 5, "cc"),
     pytest.param("how-to/import-rhapsody", 6, "cc"),
     pytest.param("how-to/import-mermaid", 3, "cc"),
     pytest.param("how-to/import-statesmith", 4, "cc"),

@@ -12,8 +12,9 @@ import click
 
 from fsmkit.chart.loading import load_with_findings, read_document
 from fsmkit.cli.common.console import err, print_json, report, result
-from fsmkit.cli.common.importing import ReadImport, import_file, importer_of
+from fsmkit.cli.common.importing import ReadImport, import_file, importer_of, prove
 from fsmkit.cli.common.options import OneOf, Reading, path_option, reading_options
+from fsmkit.cli.common.stubs import write_stubs
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Findings, FsmkitError, Severity, Source, Text, fail
@@ -48,7 +49,15 @@ class NodeFiles(Protocol):
 
 @verb(
     EPILOG,
-    Machines_of_other_tools=("reader", "machine", "report_file", "is_partial"),
+    Machines_of_other_tools=(
+        "reader",
+        "machine",
+        "report_file",
+        "is_partial",
+        "stubs",
+        "count",
+        "command_line",
+    ),
     Model=("parameters",),
 )
 @click.argument("file", type=click.Path(path_type=Path))
@@ -75,6 +84,23 @@ class NodeFiles(Protocol):
 @click.option(
     "--partial", "is_partial", is_flag=True, help="Write the rest where parts are rejected."
 )
+@click.option(
+    "--stubs",
+    type=OneOf("language", ("c", "python")),
+    help="Write stubs of the operations in this language beside --out.",
+)
+@click.option(
+    "--prove",
+    "count",
+    type=click.IntRange(1, 1_000_000),
+    help="Compare the chart with its generated C on this many random events.",
+)
+@click.option(
+    "--prove-with",
+    "command_line",
+    metavar="COMMAND",
+    help="Compare it with this program of the tool, too.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")
 @reading_options
 def command(
@@ -86,6 +112,9 @@ def command(
     reader: str | None,
     report_file: Path | None,
     is_partial: bool,
+    stubs: str | None,
+    count: int | None,
+    command_line: str | None,
     as_json: bool,
     reading: Reading,
 ) -> int:
@@ -102,12 +131,16 @@ def command(
     described = next((each for each in plugins(NodeFiles) if suffix in each.node_suffixes), None)
     importer = None if described is not None else importer_of(file)
     imported: ReadImport | None = None
-    if importer is None and (report_file is not None or is_partial):
+    if importer is None and (report_file or is_partial or stubs or count):
         raise fail(
             "wrong-option",
             f"`{file}` is not a file of another tool",
-            help="omit `--report` and `--partial`",
+            help="omit `--report`, `--partial`, `--stubs` and `--prove`",
         )
+    if stubs is not None and out is None:
+        raise click.UsageError("Missing option '--out': `--stubs` writes a file beside it.")
+    if command_line is not None and count is None:
+        raise click.UsageError("Missing option '--prove', the number of events.")
     if described is not None:
         document = _document_of_node(described, file, node, may is not None, findings)
     elif node is not None or may is not None:
@@ -131,6 +164,15 @@ def command(
     files: dict[Path, str | bytes] = {} if out is None else {out: text}
     if imported is not None and report_file is not None:
         files[report_file] = imported.json_text
+    if (
+        imported is not None
+        and imported.chart is not None
+        and stubs is not None
+        and out is not None
+    ):
+        for name, stub in write_stubs(imported.chart, imported.found.opaque, stubs).items():
+            files[out.parent / name] = stub
+    proof = () if imported is None or count is None else prove(imported, count, command_line)
     write_files(files)
     if as_json:
         told = {} if imported is None else {"report": imported.data}
@@ -140,7 +182,7 @@ def command(
     if out is None:
         sys.stdout.write(text)
     if imported is not None:
-        (err if out is None else result).print("\n".join(imported.lines), markup=False)
+        (err if out is None else result).print("\n".join((*imported.lines, *proof)), markup=False)
     return 0 if imported is None else imported.code
 
 

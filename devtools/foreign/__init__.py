@@ -1,0 +1,1 @@
+"""Campaigns on machines of other tools: rewritings, damaged files, corpora."""
