@@ -188,6 +188,8 @@ def compare(choices: Choices, length: int) -> Outcome:
     except RecursionError:
         return Outcome(listing, rejected="the library never comes to rest")
     own = list(_run_chart(chart, script))
+    if own[-1] == ["fault"]:
+        return Outcome(listing, rejected="the chart never comes to rest")
     for number, (one, other) in enumerate(zip(library, own, strict=False)):
         if one != other:
             event = script[number - 1] if number else "start"
@@ -227,6 +229,9 @@ def _run_chart(chart: Chart, script: list[str]) -> Iterator[list[str]]:
         if event in known and session.is_running:
             session.post(event)
             session.run()
+        if session.fault is not None:
+            yield ["fault"]
+            return
         yield [*model.lines, " ".join(sorted(session.active)) if session.is_running else "ended"]
 
 
