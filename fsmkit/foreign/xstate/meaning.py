@@ -665,7 +665,7 @@ class _Builder:
         ]
         own = self._candidates(state, event)
         below = [step for each in inner for step in self._candidates(each, event)]
-        if all(self._leaves(step) for step in (*own, *below)):
+        if all(map(self._leaves, (*own, *below))) and self._excludes(state, below):
             return ""
         parts = []
         for each in inner:
@@ -685,6 +685,18 @@ class _Builder:
         if parts:
             self.content.recorder.rewrite("R4", own[0].span)
         return " or ".join(parts)
+
+    def _excludes(self, state: State, below: list[Step]) -> bool:
+        """Return whether a chart takes no transition of a state where a region has one.
+
+        A region of a parallel state around both may preempt one that leaves more than the state.
+        The library then takes neither, and a chart the outer one.
+        """
+        around = map(self.machine.states.__getitem__, self.machine.ancestors(state.index))
+        if all(each.kind != "parallel" for each in around):
+            return True
+        domains = (self._domain(step) for step in below)
+        return all(each is not None and self._is_within(each, state.index) for each in domains)
 
     def _guard(self, step: Step, event: _Event) -> Guard | None:
         names = (event.name,) if event.is_posted else None
