@@ -408,7 +408,7 @@ def require_emulator() -> None:
         importlib.import_module("elftools")
     except ImportError as error:
         raise fail(
-            "missing-extra",
+            "missing-package",
             f"the emulator is not installed: {error.name}",
             help="run `pip install 'fsmkit[certify]'`",
         ) from error
@@ -422,7 +422,7 @@ def _library() -> ctypes.CDLL:
             library = ctypes.CDLL(str(path))
             library.uc_strerror.restype = ctypes.c_void_p
             return library
-    raise fail("missing-extra", "the library of the emulator is missing from `unicorn`")
+    raise fail("missing-package", "the library of the emulator is missing from `unicorn`")
 
 
 def _hooks(folder: Path) -> ctypes.CDLL:
