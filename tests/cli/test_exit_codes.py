@@ -47,6 +47,7 @@ BROKEN: dict[str, list[str]] = {
     "deploy": ["none.yaml", "--to", "systemd", "--exec", "/x"],
     "cover": ["broken.yaml", "--out", "made"],
     "draw": ["broken.yaml"],
+    "evidence": ["broken.yaml", "--out", "made"],
     "export": ["broken.yaml", "--to", "jani"],
     "fmt": ["none.yaml"],
     "health": ["none.yaml"],
@@ -61,6 +62,7 @@ BROKEN: dict[str, list[str]] = {
     "simulate": ["broken.yaml", "--out", "x.fmu"],
     "test": ["broken.test.yaml"],
     "trace": ["none.trace"],
+    "trace-requirements": ["gate.yaml", "-r", "broken.yaml", "--engine", "python"],
 }
 """Arguments of right usage with input that is wrong."""
 READS: dict[str, tuple[str, list[str]]] = {
@@ -74,7 +76,9 @@ READS: dict[str, tuple[str, list[str]]] = {
     "cover": (".yaml", ["--out", "made"]),
     "coverage": (".json", []),
     "deploy": (".yaml", ["--to", "systemd", "--exec", "/x", "--out", "made"]),
+    "diff": (".yaml", ["gate.yaml"]),
     "draw": (".scxml", ["--out", "made.mmd"]),
+    "evidence": (".yaml", ["--out", "made"]),
     "export": (".yaml", ["--to", "jani", "--out", "made.jani"]),
     "fmt": (".yaml", []),
     "health": (".yaml", []),
@@ -88,6 +92,7 @@ READS: dict[str, tuple[str, list[str]]] = {
     "simulate": (".yaml", ["--out", "made.html"]),
     "test": (".test.yaml", []),
     "trace": (".trace", ["--charts", "gate.yaml"]),
+    "trace-requirements": (".yaml", ["-r", "r.csv"]),
 }
 """Of each verb that reads what it is given: a suffix, and arguments with which usage is right."""
 READS_NONE = {"cache", "dap", "edit", "explain", "lsp", "new", "paths", "schema", "targets"}
@@ -100,6 +105,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         copy(path, tmp_path)
     (tmp_path / "broken.yaml").write_text("chart: B\nstates:\n\ta: {}\n")
     (tmp_path / "broken.test.yaml").write_text("tests: B\nchart: gate.yaml\ncases: {a: [post x]}\n")
+    (tmp_path / "r.csv").write_text("id,text\nA,a\n")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

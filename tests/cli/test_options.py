@@ -212,6 +212,7 @@ def test_verbose_explains_and_colours_can_be_forced(
             {
                 "cache",
                 "campaign",
+                "certify",
                 "check",
                 "compile",
                 "conformance",
