@@ -109,7 +109,6 @@ class Subject:
                 found.taken += len(packet.steps)
         assert self.executions.emulator is not None  # noqa: S101
         self.emulator: Emulator = self.executions.emulator
-        self.emulator.seconds = 0.5
 
     def binary_differs(self) -> bool:
         """Return whether a step in the emulator differs from the recorded one."""

@@ -139,8 +139,14 @@ def compare(
     found = exploration(chart, program, request, absent)
     for number, packet in packets(found, request, executions.saved, progress):
         _execute(found, executions, number, packet)
-    found.is_complete = found.explored == len(found.states) and not found.differences
+    is_whole = found.explored == len(found.states) and not steps_left(found)
+    found.is_complete = is_whole and not found.differences
     return found
+
+
+def steps_left(found: Comparison) -> list[str]:
+    """Return the names of steps that were not taken with all inputs and results."""
+    return sorted(found.steps.truncated)
 
 
 def exploration(

@@ -38,6 +38,7 @@ typedef struct {
     uint64_t wrong_address, wrong_pc;
     uint64_t pc, top, next;
     bool was_active; /* the machine has been called, and has not returned */
+    uint32_t blocks; /* of the driver, since the last request */
     uint64_t redirected_address; /* the instruction that was not executed */
     uint32_t redirected;
     range redirect[MOST_REDIRECTED]; /* from an address to another one */
@@ -124,6 +125,18 @@ void probe_request(void *uc, uint64_t address, uint32_t size, void *user)
         self->records[self->count++] = (record){0u, 0u, 0u};
     }
     self->was_active = false;
+    self->blocks = 0u;
+}
+
+/* Called for every block of the driver: it does not return if the machine has changed its registers. */
+void probe_block(void *uc, uint64_t address, uint32_t size, void *user)
+{
+    enum { MOST_BLOCKS = 1000000 };
+    probe *self = user;
+    (void)size;
+    if (++self->blocks > MOST_BLOCKS) {
+        stop(uc, self, 3u, address);
+    }
 }
 
 /* Called where a function of a firmware starts that the driver replaces. */

@@ -43,6 +43,10 @@ REPEATED = 64
 """One in so many steps is repeated with other values."""
 MOST_POSTED = 30
 """The number of events that a step posts at most: their results are bits of one number."""
+MOST_CHOICES = 4096
+"""The sequences of inputs and results that are tried for one action at a state."""
+LATE = 2
+"""The ticks from a state to a late call of `run`: its first timer has expired one tick before."""
 FAR, NEAR = "far", "near"
 BEYOND = 1_000
 """Ticks until a pending delayed send whose delay the chart computes."""
@@ -121,6 +125,8 @@ class Steps:
         self.names = names
         self.machine = Machine(names, count())
         self.coverage = Coverage(set(), set())
+        self.truncated: set[str] = set()
+        """The names of steps with more choices than were tried."""
         self.interpreted = 0
         """The number of steps that the interpreter took."""
         self._inputs = Values([lang.Field(each.name, each.type) for each in chart.inputs], names)
@@ -147,7 +153,7 @@ class Steps:
         for place in range(len(armed)) if state.running and self._runs else ():
             first = self.timed(state, FAR, first=place)
             name = f"timeout {_timer_name(*armed[place])}"
-            yield self._batch(first, [_Action(RUN, name, first.now + 1)])
+            yield self._batch(first, [_Action(RUN, name, first.now + LATE)])
         varied = self._varied(state, actions)
         if varied is not None:
             yield varied
@@ -155,7 +161,7 @@ class Steps:
     def timed(self, state: snap.Snapshot, how: str, first: int = -1) -> snap.Snapshot:
         """Return a state with deadlines; ``first``: the timer that expires next, after a tick."""
         left = [
-            1 if number == first else 1 if how == NEAR else 2 + _delay(chart, timer)
+            1 if number == first or how == NEAR else 1 + LATE + _delay(chart, timer)
             for number, (chart, timer) in enumerate(timers_within(self.chart, state))
         ]
         return with_deadlines(state, NOW, left)
@@ -207,7 +213,7 @@ class Steps:
         """
         chosen = [each for each in actions if self._random.random() * REPEATED < 1]
         does_post = self._posts and bool(self.events)
-        if does_post and self._random.random() * REPEATED < len(actions):
+        if does_post and state.running:
             chosen.append(_Action(POST, "post several events", 0, self._several()))
         chosen = [each for each in chosen or [self._random.choice(actions)] if each.kind != OBSERVE]
         if not chosen:
@@ -233,9 +239,10 @@ class Steps:
         return Batch(sealed(self._saved(replace(timed, inputs=self._start.inputs))), now, steps)
 
     def _several(self) -> tuple[snap.Occurrence, ...]:
-        """Return several events, up to two more than the queue holds."""
+        """Return several events: two, more than the queue holds, or any number between."""
         most = min(self.chart.capacities.queue + 2, MOST_POSTED)
-        many = (self._random.choice(self.events) for _ in range(self._random.randint(1, most)))
+        count_ = self._random.choice((2, most, self._random.randint(1, most)))
+        many = (self._random.choice(self.events) for _ in range(count_))
         return tuple(snap.Occurrence(each.event, each.payload) for each in many)
 
     def _any_inputs(self) -> list[lang.Value]:
@@ -279,13 +286,14 @@ class Steps:
             yield _step(action, self._observed(state), head_, self._values(()))
             return
         chooser = self.local.chooser(0)
-        while True:
+        for _ in range(MOST_CHOICES):
             expected, results = self.perform(state, action, chooser)
             read = chooser.inputs_read if isinstance(chooser, ReadChooser) else {}
             for inputs in self._combinations(read):
                 yield _step(action, expected, head_, self._values(inputs) + events + results)
             if not chooser.advance():
                 return
+        self.truncated.add(action.name)
 
     def _events(self, action: _Action) -> bytes:
         count_ = bytes([len(action.events)]) if action.kind == POST else b""
