@@ -130,7 +130,7 @@ class Reference:
                 if reaction.target is not None:
                     self.take(state, reaction)
                     return
-                is_consumed = not ("R7" in self.rules and event == "do")
+                is_consumed = is_consumed or not ("R7" in self.rules and event == "do")
                 self.act(reaction)
                 if reaction.consumes is not None:
                     is_consumed = reaction.consumes
