@@ -297,6 +297,10 @@ def read_object(reference: str, findings: Findings) -> Document | None:
     return None
 
 
+ROOT = "FSMKIT_ROOT"
+"""The variable of the environment that names the only folder from which files are read."""
+
+
 def read_bytes(path: Path, at: Text | None = None) -> bytes:
     """Return the content of a file, or raise a diagnostic with the reason why it is unreadable."""
     texts = TEXTS.get()
@@ -306,7 +310,15 @@ def read_bytes(path: Path, at: Text | None = None) -> bytes:
     noted = READ.get()
     if noted is not None:
         noted.setdefault(path, stamp(path))
+    root = os.environ.get(ROOT)
     try:
+        if root and not path.resolve().is_relative_to(root):
+            raise fail(
+                "outside-root",
+                f"`{path}` is outside of the root folder",
+                at,
+                help="name a file below the root",
+            )
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
     except OSError as error:

@@ -24,6 +24,7 @@ FINE: dict[str, list[str]] = {
     "cache": ["--json"],
     "compile": ["gate.yaml", "--target", "python", "--out", "out"],
     "convert": ["gate.yaml", "--to", "scxml"],
+    "diff": ["gate.yaml", "gate.yaml"],
     "draw": ["gate.yaml", "--out", "gate.mmd"],
     "explain": ["unread-data"],
     "export": ["gate.yaml", "--to", "jani", "--out", "gate.jani"],
@@ -46,6 +47,7 @@ BROKEN: dict[str, list[str]] = {
     "coverage": ["none"],
     "deploy": ["none.yaml", "--to", "systemd", "--exec", "/x"],
     "cover": ["broken.yaml", "--out", "made"],
+    "diff": ["gate.yaml", "broken.yaml"],
     "draw": ["broken.yaml"],
     "evidence": ["broken.yaml", "--out", "made"],
     "export": ["broken.yaml", "--to", "jani"],
@@ -95,7 +97,7 @@ READS: dict[str, tuple[str, list[str]]] = {
     "trace-requirements": (".yaml", ["-r", "r.csv"]),
 }
 """Of each verb that reads what it is given: a suffix, and arguments with which usage is right."""
-READS_NONE = {"cache", "dap", "edit", "explain", "lsp", "new", "paths", "schema", "targets"}
+READS_NONE = {"cache", "dap", "edit", "explain", "lsp", "mcp", "new", "paths", "schema", "targets"}
 
 
 @pytest.fixture(autouse=True)

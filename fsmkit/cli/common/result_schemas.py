@@ -323,6 +323,9 @@ RESULTS: Mapping[str, Schema] = {
             "old_at?": _object(LOCATION), "new_at?": _object(LOCATION),
         })), "files?": STRINGS,
     }),
+    "mcp": _object({
+        "tools": _list(_object({"name": STRING, "description": STRING, "input": VALUE})),
+    }),
     "draw": _object({"chart": STRING, "files?": STRINGS, "dot?": STRING}),
     "evidence": _object({
         "model": STRING, "failures": STRINGS, "verdict": VERDICT,
