@@ -68,6 +68,8 @@ def test_snippets_are_read(name: str, text: str) -> None:
                 "data",
                 "events",
                 "operations",
+                "properties",
+                "req",
                 "inputs",
                 "states",
                 "refine",

@@ -37,7 +37,7 @@ PREFIX = "fsm_value_of_"
 MOST_SECONDS = 10
 """The limit of processor seconds for a header; the largest vendor header takes two."""
 MOST_MEMORY = 4 << 30
-"""The limit of address space in bytes."""
+"""The limit of address space in bytes, beside what this process has already."""
 BITS = {8, 16, 32, 64}
 
 
@@ -101,11 +101,24 @@ def _parse_within_bounds(
     os.dup2(silent, 2)  # what libclang writes when memory ends
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS))
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    most = _address_space() + MOST_MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
     try:
         sender.send(_Parser(path, compiler, options).header())
     except FsmkitError as error:
         sender.send(error)
+
+
+def _address_space() -> int:
+    """Return the bytes of address space of this process; 0 where the system does not count them.
+
+    Libraries reserve much of it without using memory: WebAssembly for drawings, hundreds of GiB.
+    """
+    try:
+        pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[0]
+    except OSError:
+        return 0
+    return int(pages) * resource.getpagesize()
 
 
 def _cindex() -> Any:
