@@ -175,9 +175,9 @@ def command(
     proof = () if imported is None or count is None else prove(imported, count, command_line)
     write_files(files)
     if as_json:
-        told = {} if imported is None else {"report": imported.data}
+        imports = {} if imported is None else {"report": imported.data}
         shown = {"text": text} if out is None else {"files": [str(path) for path in files]}
-        print_json({**shown, **told})
+        print_json({**shown, **imports})
         return 0 if imported is None else imported.code
     if out is None:
         sys.stdout.write(text)

@@ -1,10 +1,10 @@
 """A program that runs the machine of another tool, by a line protocol of five words.
 
 fsmkit writes ``set OPERATION true`` or ``false`` for the guards, ``advance MILLISECONDS``, ``post
-EVENT`` and ``told``. After ``told`` the program prints what happened since the last ``told``: the
+EVENT`` and ``answer``. After ``answer`` the program prints what happened since the last answer: the
 names of operations that it performed, in their order, then ``state NAME`` for each active leaf
 state, then ``end``. Names of operations are those of the report. A line ``end`` from fsmkit ends
-the program. The first ``told`` is about the start of the machine.
+the program. The first ``answer`` is about the start of the machine.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ class Program:
         self._process.communicate()
 
     def observe(self, lines: Sequence[str]) -> Observation:
-        """Send lines and then ``told``; return the answer."""
+        """Send lines and then ``answer``; return the answer."""
         stdin, stdout = self._process.stdin, self._process.stdout
         if stdin is None or stdout is None:
             raise self._failed("has no streams")
         watchdog = threading.Timer(LONGEST_WAIT, self._process.kill)
         watchdog.start()
         try:
-            stdin.write("".join(f"{line}\n" for line in (*lines, "told")))
+            stdin.write("".join(f"{line}\n" for line in (*lines, "answer")))
             stdin.flush()
             return _read(iter(stdout.readline, ""), self._failed)
         except OSError as error:
@@ -70,7 +70,7 @@ class Program:
         return fail(
             "broken-proof",
             f"the program `{self.command}` {what}",
-            help="it reads `set`, `advance`, `post` and `told`, and answers until `end`",
+            help="it reads `set`, `advance`, `post` and `answer`, and answers until `end`",
         )
 
 
