@@ -220,7 +220,7 @@ class Hub:
         one.send(to_json(answer))
 
     def drawing(self, text: str | bytes) -> Callable[[], object] | None:
-        """Return the slow part of a command, a drawing, as a function; None if there is none.
+        """Return the slow part of a command, a drawing, as a function; None for other commands.
 
         It may be called in another thread; `receive` then uses the result.
         """

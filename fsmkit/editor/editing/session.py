@@ -1,4 +1,4 @@
-"""A chart file that is edited by operations: history, writing, and changes from outside."""
+"""A chart file that is edited by operations: history, writing, changes by other programs."""
 
 from __future__ import annotations
 

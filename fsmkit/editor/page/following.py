@@ -1,4 +1,4 @@
-"""What `fsmkit edit` does beside its clients: see changes by other programs, and check."""
+"""Background tasks of `fsmkit edit`: watch changes by other programs, and check."""
 
 from __future__ import annotations
 

@@ -195,7 +195,7 @@ class EditHub(Hub):
     # --- the document -------------------------------------------------------------------------
 
     def document(self) -> Json:
-        """Return the message that describes the file, and all that can be edited in it."""
+        """Return the message that describes the file and its editable items."""
         editing, document = self.editing, self._document
         found: Json = {
             "k": "document",
