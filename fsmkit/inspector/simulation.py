@@ -157,8 +157,8 @@ class Simulation:
     def step(self, moment: Moment, until: int = FOR_EVER) -> tuple[Moment, SimulationStep | None]:
         """Take the next macrostep up to a time in ticks.
 
-        Return None if there is none. The time is then `until`, or that of the last step if no
-        timer is armed. Raises `FsmkitError` (``livelock``) if time does not advance.
+        Without one until then, the step is absent, and the time is `until`, or that of the last
+        step if no timer is armed. Raises `FsmkitError` (``livelock``) if time does not advance.
         """
         if moment.to_start:
             return self._start(moment)
