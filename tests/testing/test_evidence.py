@@ -92,6 +92,7 @@ def test_the_report_has_all_parts(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.cc
+@pytest.mark.external
 @pytest.mark.usefixtures("gate")
 def test_what_failed_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     gate, tests = Path("gate.yaml"), Path("gate.test.yaml")

@@ -124,6 +124,7 @@ def test_a_program_of_the_tool(lamp: Path, high: str, capsys: pytest.CaptureFixt
 
 @pytest.mark.parametrize("command", ["/nonexistent", "true", f"{sys.executable} -c 'print(1)'"])
 @pytest.mark.cc
+@pytest.mark.external
 def test_a_program_that_does_not_answer(
     lamp: Path, command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
