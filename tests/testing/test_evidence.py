@@ -58,6 +58,7 @@ def collected(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, dic
 
 @pytest.mark.cc
 @pytest.mark.slow
+@pytest.mark.external
 @pytest.mark.usefixtures("gate")
 def test_the_report_has_all_parts(capsys: pytest.CaptureFixture[str]) -> None:
     words = ("-r", "r.csv", "--tests", ".", "--mutants", "2")

@@ -106,6 +106,7 @@ def test_stubs_compile_with_the_machine(lamp: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.cc
+@pytest.mark.external
 @pytest.mark.parametrize("high", ["'low'", "'high'"])
 def test_a_program_of_the_tool(lamp: Path, high: str, capsys: pytest.CaptureFixture[str]) -> None:
     program = lamp.parent / "lamp.py"
