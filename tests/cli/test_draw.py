@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from fsmkit.chart.drawing.graphviz import bundled
 from fsmkit.cli import execute
+from tests.needs import need
 
 CELL = Path(__file__).parents[2] / "machines/production_cell"
 FEEDER = str(CELL / "feeder.yaml")
@@ -42,15 +44,28 @@ def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out) == {"chart": "Feeder", "files": [str(out)]}
 
 
+@pytest.mark.parametrize(
+    ("missing", "messages"),
+    [
+        (None, ("a PNG needs Graphviz's `dot`, which is not installed", "draw `.svg`, or install")),
+        ("no module is here", ("drawings need Graphviz: `dot` is not installed, and no module",)),
+    ],
+)
 def test_without_graphviz(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    missing: str | None,
+    messages: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
+    if missing is None:
+        need(bundled.missing_part() is None, "Graphviz as WebAssembly (`make graphviz`)")
+    monkeypatch.setattr(bundled, "missing_part", lambda: missing)
     outs = [tmp_path / "a.mmd", tmp_path / "a.png"]
     assert execute(["draw", FEEDER, "--out", str(outs[0]), "--out", str(outs[1])]) == 1
     told = capsys.readouterr().err
-    assert "a PNG needs Graphviz's `dot`, which is not installed" in told
-    assert "draw `.svg`, or install Graphviz" in told
+    assert all(message in told for message in messages)
     assert not any(out.exists() for out in outs)
 
 
