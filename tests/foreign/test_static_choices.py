@@ -87,7 +87,7 @@ def test_guards_come_before_actions(nets: int) -> None:
         document = read_document(Source("net.yaml", text_of(net)), findings)
         findings.stop_on_errors()
         assert document is not None
-        chart = elaborate((static_choices(document, recorder),), findings)
+        chart = elaborate((static_choices(document, recorder, findings),), findings)
         findings.stop_on_errors()
         assert chart is not None
         assert chart_calls(chart, ["e"] * 20) == reference_calls(net, 20), text_of(net)

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 
-from fsmkit.diagnostics import Text
+from fsmkit.diagnostics import Findings, Text
 from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
-from fsmkit.foreign.imports import Recorder
+from fsmkit.foreign.imports import Recorder, reject
 from fsmkit.foreign.rewriting.tree import Tree, map_states
 
 RULE = "R10"
 MOST = 1000
-"""Transitions of one path tree; more paths are omitted, as in a circle of choices."""
+"""Paths of one transition."""
+LONGEST = 100
+"""Choices of one path."""
 
 
-def static_choices(document: Document, recorder: Recorder) -> Document:
+def static_choices(document: Document, recorder: Recorder, findings: Findings) -> Document:
     """Replace each transition into choice states by one for each path, with joined guards.
 
-    The choices that no initial transition targets disappear.
+    The choices that no initial transition targets disappear. A transition with too many paths, or
+    with one that does not end at a state, is rejected.
     """
     tree = Tree(document)
     choices = {name: one for name, one in tree.states.items() if one.kind is Kind.CHOICE}
@@ -30,10 +34,20 @@ def static_choices(document: Document, recorder: Recorder) -> Document:
             return state
         found: list[DocTransition] = []
         for transition in state.transitions:
-            paths = list(_paths(transition, choices))
-            if paths != [transition]:
+            paths = list(islice(_paths(transition, choices), MOST + 1))
+            whole = [path for path in paths if path is not None]
+            if len(whole) < len(paths) or len(paths) > MOST:
+                reject(
+                    findings,
+                    f"this transition has more than {MOST} paths through choices"
+                    if len(paths) > MOST
+                    else "a path of this transition through choices does not end at a state",
+                    transition.span,
+                    "connect fewer choices in a row, none of them in a circle or without an exit",
+                )
+            elif whole != [transition]:
                 recorder.rewrite(RULE, transition.span)
-            found += paths[:MOST]
+            found += whole[:MOST]
         return replace(state, transitions=tuple(found))
 
     changed = map_states(document, change)
@@ -52,12 +66,17 @@ def static_choices(document: Document, recorder: Recorder) -> Document:
 
 def _paths(
     transition: DocTransition, choices: dict[str, DocState], visited: frozenset[str] = frozenset()
-) -> Iterator[DocTransition]:
-    """Yield the transitions for all paths, in the order of the choices; circles have none."""
+) -> Iterator[DocTransition | None]:
+    """Yield the transitions for all paths, in the order of the choices.
+
+    None represents a path in a circle, one that ends at a choice, and one that is too long.
+    """
     name = transition.targets[0].value if len(transition.targets) == 1 else ""
     if name not in choices:
         yield transition
-    elif name not in visited:
+    elif name in visited or len(visited) == LONGEST or not choices[name].transitions:
+        yield None
+    else:
         for leg in choices[name].transitions:
             joined = replace(
                 transition,

@@ -104,7 +104,7 @@ def import_machine(source: Source, machine: str, findings: Findings) -> Import |
         return None
     _reject_posts([one.text for one in opaque], bodies, findings)
     read = counts(document)
-    return recorder.imported(machine, static_choices(document, recorder), read, opaque)
+    return recorder.imported(machine, static_choices(document, recorder, findings), read, opaque)
 
 
 def _classes(archive: Iterable[Node]) -> list[Node]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -176,6 +177,29 @@ def test_what_no_chart_does_is_rejected(
 ) -> None:
     operations = [operation("helper", "inner();"), operation("inner", "this.gen(new e());")]
     _, errors = imported(archive(states, moves, connectors=connectors, operations=operations))
+    assert any(message in one for one in errors), errors
+
+
+def ladder(steps: int) -> tuple[list[str], list[str]]:
+    """Return connectors in a row, each with two legs to the next, and their transitions."""
+    names = [f"c{number}" for number in range(steps)]
+    moves = [move(a, b, guard=g) for a, b in pairwise([*names, "open"]) for g in ("x()", "else")]
+    return [connector(name, "Condition") for name in names], moves
+
+
+@pytest.mark.parametrize(
+    ("connectors", "moves", "message"),
+    [
+        (*ladder(40), "more than 1000 paths"),
+        ([connector("c0", "Condition")], [move("c0", "c0")], "does not end at a state"),
+        ([connector("c0", "Condition")], [], "does not end at a state"),
+    ],
+)
+def test_paths_that_no_one_can_expand_are_rejected(
+    connectors: list[str], moves: list[str], message: str
+) -> None:
+    first = [default("root", "closed"), move("closed", "c0", trigger="e")]
+    _, errors = imported(archive(TWO, [*first, *moves], connectors=connectors))
     assert any(message in one for one in errors), errors
 
 
