@@ -29,6 +29,7 @@ from fsmkit.system.any_file import read_chart
 from fsmkit.verify.certify.certify import certify, executions_of, options_of
 from fsmkit.verify.certify.comparison import (
     Executions,
+    Packet,
     Request,
     against_interpreter,
     exploration,
@@ -37,7 +38,6 @@ from fsmkit.verify.certify.comparison import (
 from fsmkit.verify.certify.emulator import Emulator, StepError, image_of
 from fsmkit.verify.certify.host import Answers, HostMachine, build_host, link_host, object_of
 from fsmkit.verify.certify.program import Program, program_of
-from fsmkit.verify.certify.steps import Batch
 from fsmkit.verify.certify.target import build, probed
 
 CORTEX_M0 = "arm-none-eabi-gcc -mcpu=cortex-m0 -Os"
@@ -74,7 +74,7 @@ class Totals:
 class Recorded:
     """A packet of steps, and the answers of the machine on this computer."""
 
-    packet: Batch
+    packet: Packet
     requests: bytes
     answers: Answers
 

@@ -243,7 +243,7 @@ HASHES = _map(STRING)
 RATIO = _object({"covered": INT, "all": INT})
 CERTIFICATE = _object({
     "certificate": INT, "result": {"enum": ["complete", "partial", "different"]},
-    "chart": STRING, "fingerprint": STRING,
+    "reasons": STRINGS, "chart": STRING, "fingerprint": STRING,
     "sources": _list(_object({"file": STRING, "sha256": STRING})),
     "target": STRING, "compiler": STRING, "command": STRINGS,
     "host": _object({"processor": STRING, "compiler": STRING}),

@@ -151,10 +151,10 @@ def _add(document: dict[str, Any], findings: Findings, *, allow_partial: bool) -
     if document["result"] == certificates.PARTIAL and not allow_partial:
         findings.add(
             "certify-partial",
-            f"the certificate is partial: {document['states_left']:,} states are left after "
-            f"{document['steps']:,} steps",
+            f"the certificate is partial: {'; '.join(document['reasons'])}",
             None,
-            help="raise `--limit`, or accept it with `--allow-partial`",
+            help="raise `--limit` or `--timeout`, narrow the types of inputs and results, or "
+            "accept it with `--allow-partial`",
         )
 
 

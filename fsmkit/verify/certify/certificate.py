@@ -18,7 +18,7 @@ from fsmkit.document.document import Trigger
 from fsmkit.emit.version import VERSION
 from fsmkit.plan.fingerprint import fingerprint
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.verify.certify.comparison import Comparison, Request, steps_left
+from fsmkit.verify.certify.comparison import Comparison, Request, reasons
 from fsmkit.verify.certify.processors import Processor
 from fsmkit.verify.certify.steps import REPEATED
 from fsmkit.verify.certify.target import Binary
@@ -51,6 +51,7 @@ def certificate(
     document: dict[str, Any] = {
         "certificate": FORMAT,
         "result": result,
+        "reasons": reasons(comparison, request),
         "chart": str(chart.name),
         "fingerprint": fingerprint(chart),
         "sources": [{"file": name, "sha256": found} for name, found in sources(chart).items()],
@@ -198,9 +199,6 @@ def assumptions(
         )
     if processor is not None and processor.taken:
         found.append("Cycles: memory never waits, and a multiplication takes one cycle.")
-    found += [
-        f"Only some inputs and results were tried for `{name}`." for name in steps_left(comparison)
-    ]
     if absent:
         functions = ", ".join(f"`{comparison.program.prefix}_{name}`" for name in absent)
         found.append(f"The firmware does not contain {functions}; these are not compared.")

@@ -23,7 +23,7 @@ from fsmkit.verify.certify.program import Program
 from fsmkit.verify.certify.steps import Batch, Step, Steps
 from fsmkit.verify.statespace.closed_system import ClosedSystem, close
 
-LIMIT = 10_000_000
+LIMIT = 20_000_000
 """The steps after which a certificate is partial, by default."""
 MOST_DIFFERENCES = 10
 """Differences that are reported before the comparison ends."""
@@ -31,6 +31,9 @@ MOST_SAVED = 0x400000
 """The bytes of the saved machines of a packet (``host.c``)."""
 MOST_STEPS = 20_000
 """The steps of a packet."""
+MOST_CHOICES = 65_536
+"""The sequences of inputs and results that are tried for one action at a state."""
+LIMIT_REACHED, TIME_OVER = "limit", "timeout"
 Progress = Callable[[int, int, int], None]
 """Called now and then with states, states left, and steps."""
 
@@ -64,6 +67,15 @@ class Difference:
     what: str
 
 
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """Steps from one state with concrete deadlines, few enough for the memory of the driver."""
+
+    saved: bytes
+    now: int
+    steps: list[Step]
+
+
 @dataclass(slots=True)
 class Maximum:
     """The greatest numbers of a kind of step, each with the state and the step that has it."""
@@ -95,6 +107,8 @@ class Comparison:
     explored: int = 0
     taken: int = 0
     repeated: int = 0
+    stopped: str = ""
+    """The bound that ended the comparison before its end: ``limit``, ``timeout``, or empty."""
     is_complete: bool = False
     differences: list[Difference] = field(default_factory=list)
     maxima: dict[str, Maximum] = field(default_factory=dict)
@@ -139,7 +153,7 @@ def compare(
     found = exploration(chart, program, request, absent)
     for number, packet in packets(found, request, executions.saved, progress):
         _execute(found, executions, number, packet)
-    is_whole = found.explored == len(found.states) and not steps_left(found)
+    is_whole = not found.stopped and not steps_left(found)
     found.is_complete = is_whole and not found.differences
     return found
 
@@ -149,6 +163,24 @@ def steps_left(found: Comparison) -> list[str]:
     return sorted(found.steps.truncated)
 
 
+def reasons(found: Comparison, request: Request) -> list[str]:
+    """Return why a comparison is partial, a sentence without its full stop each."""
+    left = f"{len(found.states) - found.explored:,} of {len(found.states):,} states are left"
+    said = []
+    match found.stopped:
+        case "limit":
+            said.append(f"the limit of {request.limit:,} steps is reached, {left}")
+        case "timeout":
+            said.append(f"the time of {request.timeout:g} s is over, {left}")
+    if names := steps_left(found):
+        most = found.steps.most_choices
+        listed = ", ".join(f"`{name}`" for name in names)
+        said.append(
+            f"one step reads more than {most:,} combinations of inputs and results: {listed}"
+        )
+    return said
+
+
 def exploration(
     chart: Chart, program: Program, request: Request, absent: Sequence[str] = ()
 ) -> Comparison:
@@ -156,65 +188,93 @@ def exploration(
     system = replace(system_of(chart), properties=())
     closed = close(system, untimed=True, keeps_dead=True)
     partition = partition_of(system)
-    steps = Steps(chart, closed, program.names, partition, request.seed, absent)
+    most_choices = min(request.limit, MOST_CHOICES)
+    steps = Steps(chart, closed, program.names, partition, request.seed, most_choices, absent)
     return Comparison(program, closed, steps, [steps.initial()], [(0, "")])
 
 
 def packets(
     found: Comparison, request: Request, saved: int, progress: Progress | None = None
-) -> Iterator[tuple[int, Batch]]:
+) -> Iterator[tuple[int, Packet]]:
     """Explore breadth first; yield the number of a state and steps from it, which are then taken.
 
+    Stops between two steps, whatever the state, as soon as a bound of the request is reached.
     ``saved``: the bytes that this computer saves for each step.
     """
     numbers = {found.states[0]: 0}
-    started = time.monotonic()
+    bounds = _Bounds(found, request)
     for number, state in enumerate(found.states):
-        if found.taken >= request.limit or len(found.differences) >= MOST_DIFFERENCES:
+        steps = (
+            packet
+            for batch in found.steps.batches(state)
+            for packet in _packets(batch, saved, bounds)
+        )
+        for packet in _timed(found, steps):
+            yield number, packet
+            for step in packet.steps:
+                after = step.expected.after
+                if after is not None and step.is_explored and after not in numbers:
+                    numbers[after] = len(found.states)
+                    found.states.append(after)
+                    found.parents.append((number, step.name))
+            if len(found.differences) >= MOST_DIFFERENCES:
+                return
+        if found.stopped:
             return
-        if request.timeout and time.monotonic() - started > request.timeout:
-            return
-        for batch in _timed(found, found.steps.batches(state)):
-            for packet in _packets(batch, saved):
-                yield number, packet
-                for step in packet.steps:
-                    after = step.expected.after
-                    if after is not None and step.is_explored and after not in numbers:
-                        numbers[after] = len(found.states)
-                        found.states.append(after)
-                        found.parents.append((number, step.name))
         found.explored = number + 1
         if progress is not None:
             progress(len(found.states), len(found.states) - number - 1, found.taken)
 
 
-def _timed(found: Comparison, batches: Iterator[Batch]) -> Iterator[Batch]:
-    """Yield batches, and note the time that the interpreter takes for them."""
+def _timed(found: Comparison, steps: Iterator[Packet]) -> Iterator[Packet]:
+    """Yield packets, and note the time that the interpreter takes for them."""
     while True:
         start = time.perf_counter()
-        batch = next(batches, None)
+        packet = next(steps, None)
         found.seconds.interpreter += time.perf_counter() - start
-        if batch is None:
+        if packet is None:
             return
-        yield batch
+        yield packet
 
 
-def _packets(batch: Batch, saved: int) -> Iterator[Batch]:
-    """Divide a batch into parts that fit the memory of the driver."""
+class _Bounds:
+    """The bounds of a request: steps and time."""
+
+    def __init__(self, found: Comparison, request: Request) -> None:
+        """Start the time."""
+        self._found = found
+        self._limit = request.limit
+        self._end = time.monotonic() + request.timeout if request.timeout else 0.0
+
+    def is_reached(self, prepared: int) -> bool:
+        """Return whether a bound is reached, with steps that are prepared and not taken yet."""
+        found = self._found
+        if found.taken + prepared >= self._limit:
+            found.stopped = LIMIT_REACHED
+        elif self._end and time.monotonic() > self._end:
+            found.stopped = TIME_OVER
+        return bool(found.stopped)
+
+
+def _packets(batch: Batch, saved: int, bounds: _Bounds) -> Iterator[Packet]:
+    """Divide a batch into parts that fit the memory of the driver, until a bound is reached."""
     most = min(MOST_STEPS, MOST_SAVED // saved)
     part: list[Step] = []
     size = 0
     for step in batch.steps:
-        if part and (len(part) >= most or size + len(step.request) > MOST_REQUESTS):
-            yield replace(batch, steps=part)
+        is_end = bounds.is_reached(len(part))
+        if part and (is_end or len(part) >= most or size + len(step.request) > MOST_REQUESTS):
+            yield Packet(batch.saved, batch.now, part)
             part, size = [], 0
+        if is_end:
+            return
         part.append(step)
         size += len(step.request)
     if part:
-        yield replace(batch, steps=part)
+        yield Packet(batch.saved, batch.now, part)
 
 
-def _execute(found: Comparison, executions: Executions, number: int, packet: Batch) -> None:
+def _execute(found: Comparison, executions: Executions, number: int, packet: Packet) -> None:
     """Take the steps of a packet in the C, and compare."""
     requests = b"".join(step.request for step in packet.steps)
     started = time.perf_counter()
@@ -236,7 +296,7 @@ def _execute(found: Comparison, executions: Executions, number: int, packet: Bat
 
 
 def against_interpreter(
-    executions: Executions, packet: Batch, answers: Answers
+    executions: Executions, packet: Packet, answers: Answers
 ) -> Iterator[tuple[Step, str]]:
     """Yield the steps in which the C on this computer differs from the interpreter."""
     data, saved, each, at = answers.answers, answers.saved, executions.saved, 0
@@ -267,7 +327,7 @@ def _emulate(
     found: Comparison,
     executions: Executions,
     number: int,
-    packet: Batch,
+    packet: Packet,
     requests: bytes,
     answers: Answers,
 ) -> None:
@@ -305,7 +365,7 @@ def _emulate(
 
 
 def _against_host(
-    executions: Executions, packet: Batch, own: bytes, other: bytes
+    executions: Executions, packet: Packet, own: bytes, other: bytes
 ) -> Iterator[tuple[Step, str]]:
     """Yield the steps in which both binaries differ, members of the machine compared one by one."""
     back, same, to = executions.back, executions.own, executions.to

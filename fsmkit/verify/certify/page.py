@@ -36,6 +36,7 @@ def page(document: Mapping[str, Any]) -> str:
         f"<h1>{_text(title)}</h1>",
         f'<p class="{_text(result)}"><strong>{_text(result)}</strong>: {_text(RESULTS[result])}.',
         f"{_text(covered(document))}.</p>",
+        *_section("Why it is partial", _list(document["reasons"])),
         *_section("Differences", _differences(document["differences"])),
         *_section("Compared", _table(_facts(document) + coverage)),
         *_section("Worst cases", _maxima(document["maxima"])),

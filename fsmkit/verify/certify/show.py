@@ -30,6 +30,7 @@ def summary(document: Mapping[str, Any]) -> str:
             f"{document['interpreted']:,} interpreted, {document['repeated']:,} with other values"
         ),
         f"  covered   {covered(document)}",
+        *(f"  partial   {reason}" for reason in document["reasons"]),
     ]
     rows = sorted(document["maxima"], key=lambda row: -int(row["instructions"]))
     if rows:

@@ -43,8 +43,6 @@ REPEATED = 64
 """One in so many steps is repeated with other values."""
 MOST_POSTED = 30
 """The number of events that a step posts at most: their results are bits of one number."""
-MOST_CHOICES = 4096
-"""The sequences of inputs and results that are tried for one action at a state."""
 LATE = 2
 """The ticks from a state to a late call of `run`: its first timer has expired one tick before."""
 FAR, NEAR = "far", "near"
@@ -84,7 +82,8 @@ class Batch:
 
     saved: bytes
     now: int
-    steps: list[Step]
+    steps: Iterator[Step]
+    """Each is taken by the interpreter when it is requested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,12 +106,15 @@ class Steps:
         names: Names,
         partition: Partition,
         seed: int,
+        most_choices: int,
         absent: Sequence[str] = (),
     ) -> None:
         """Take the chart, its exploration, its names in C and its classes of values.
 
-        ``absent``: the functions of the machine that are not called.
+        ``most_choices``: the sequences of inputs and results that are tried for one action at a
+        state. ``absent``: the functions of the machine that are not called.
         """
+        self.most_choices = most_choices
         self.absent = tuple(absent)
         self._runs = names.does.runs and "run" not in absent
         self._posts = names.does.queued and self._runs and "post" not in absent
@@ -195,7 +197,7 @@ class Steps:
             yield _Action(RUN, "timeouts", due)
 
     def _batch(self, state: snap.Snapshot, actions: Sequence[_Action]) -> Batch:
-        steps = [step for action in actions for step in self.steps(state, action)]
+        steps = (step for action in actions for step in self.steps(state, action))
         return Batch(sealed(self._saved(state)), state.now, steps)
 
     def _saved(self, state: snap.Snapshot) -> bytes:
@@ -236,7 +238,8 @@ class Steps:
             expected, results = self.perform(replace(timed, inputs=inputs), varied, host)
             body = self._inputs.encode(inputs) + self._events(varied) + results
             steps.append(replace(_step(varied, expected, _head(varied), body), is_explored=False))
-        return Batch(sealed(self._saved(replace(timed, inputs=self._start.inputs))), now, steps)
+        saved = self._saved(replace(timed, inputs=self._start.inputs))
+        return Batch(sealed(saved), now, iter(steps))
 
     def _several(self) -> tuple[snap.Occurrence, ...]:
         """Return several events: two, more than the queue holds, or any number between."""
@@ -286,7 +289,7 @@ class Steps:
             yield _step(action, self._observed(state), head_, self._values(()))
             return
         chooser = self.local.chooser(0)
-        for _ in range(MOST_CHOICES):
+        for _ in range(self.most_choices):
             expected, results = self.perform(state, action, chooser)
             read = chooser.inputs_read if isinstance(chooser, ReadChooser) else {}
             for inputs in self._combinations(read):
