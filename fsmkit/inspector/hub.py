@@ -9,7 +9,7 @@ command is always simulated.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -125,21 +125,47 @@ class Hub:
         again = repeat_actions(
             old.course, course, begin, old.at if old.is_at_head else self._end_at
         )
-        self.system, self.simulation = system, simulation
-        self.view = View(course, begin)
-        self.view.clients = old.clients
-        self._points.set_system(system)
-        self._player = Player(self.view, self._points, [])
+        self._show(course, begin)
         view = self.view
         view.n, view.moment, view.at = course.history.head, again.moment, again.moment.now
         view.speed, view.is_running, view.why = old.speed, False, again.why
+        self._welcome_all()
+        if old.is_running:
+            self._player.run(old.speed)
+
+    def show(self, source: Chart | System | Recorded) -> None:
+        """Show another source from its start instead of a simulated or recorded one.
+
+        The present session is dropped; breakpoints stay.
+        """
+        recorded = source if isinstance(source, Recorded) else None
+        system = system_within(source)
+        simulation = Simulation(system, self.simulation.seed)
+        begin = simulation.begin() if recorded is None else recorded.begin
+        limit = self.view.history.limit
+        course = Course(simulation, begin, limit, is_whole=recorded is not None)
+        self._given = recorded
+        self._show(course, begin, [] if recorded is None else recorded.why)
+        if recorded is None:
+            self._player.settle()
+        else:
+            for entry in recorded.entries:
+                course.give(entry)
+        self._welcome_all()
+
+    def _show(self, course: Course, begin: Moment | None, end: Sequence[Json] = ()) -> None:
+        """Let the clients look at the start of another course; ``end``: why its source ends."""
+        clients = self.view.clients
+        self.system, self.simulation = course.simulation.system, course.simulation
+        self.view = View(course, begin)
+        self.view.clients = clients
+        self._points.set_system(self.system)
+        self._end = list(end)
+        self._player = Player(self.view, self._points, self._end)
         self._broken = []
         if self._recorder is not None:
             self._recorder.restart()
             self._record(self._recorder)
-        self._welcome_all()
-        if old.is_running:
-            self._player.run(old.speed)
 
     def show_findings(self, findings: Iterable[Diagnostic]) -> None:
         """Report the present findings about the file to all clients; the session stays as it is."""

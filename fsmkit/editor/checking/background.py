@@ -37,6 +37,19 @@ class CheckResult:
         found = (p for p in self.report.get("properties", ()) if p["name"] == name)
         return next(found, None)
 
+    def words(self, one: Json) -> str:
+        """Return the verdict on a property in a few words."""
+        steps = one.get("steps")
+        match one["verdict"]:
+            case "violated" if steps:
+                return f"violated in {len(steps)} steps"
+            case "holds" if steps:
+                return f"holds: reached in {len(steps)} steps"
+            case "holds":
+                return f"holds: {self.report.get('states', 0):,} states"
+            case verdict:
+                return f"{verdict}: {one['reason']}" if one["reason"] else str(verdict)
+
 
 @dataclass
 class Background:

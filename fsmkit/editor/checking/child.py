@@ -23,6 +23,7 @@ from fsmkit.verify.report.sequences import mermaid
 from fsmkit.verify.report.verdict import Report, Result
 from fsmkit.verify.resources.deadline import Deadline
 from fsmkit.verify.statespace.sessions import effects_within
+from fsmkit.verify.testgen.save import recorded
 
 Json = dict[str, Any]
 
@@ -42,7 +43,7 @@ def main(arguments: list[str]) -> int:
     except FsmkitError as error:
         say({"error": [as_json(finding) for finding in error.diagnostics]})
         return 1
-    say({"report": as_data(found)})
+    say({"report": as_data(found, path)})
     return 0
 
 
@@ -52,19 +53,19 @@ def say(message: Mapping[str, object]) -> None:
     sys.stdout.flush()
 
 
-def as_data(report: Report) -> Json:
-    """Return a report as data: each property with its verdict, its place, and its path."""
+def as_data(report: Report, path: Path) -> Json:
+    """Return the report of a file as data: each property with its verdict, location and trace."""
     explored = report.exploration
     return {
         "verdict": report.verdict.value,
         "states": explored.states,
         "depth": explored.depth,
-        "properties": [_property(report, result) for result in report.results],
+        "properties": [_property(report, result, path) for result in report.results],
         "findings": [as_json(finding) for finding in report.findings],
     }
 
 
-def _property(report: Report, result: Result) -> Json:
+def _property(report: Report, result: Result, path: Path) -> Json:
     found: Json = {
         "name": result.name,
         "verdict": result.verdict.value,
@@ -76,6 +77,7 @@ def _property(report: Report, result: Result) -> Json:
     if result.trace is not None and result.trace.steps:
         found["steps"] = [_step(report, step) for step in result.trace.steps]
         found["loop"] = result.trace.loop
+        found["trace"] = recorded(report.closed, result.trace, path)
         found["diagram"] = mermaid.draw(sequence(report.closed, result, result.trace))
     return found
 

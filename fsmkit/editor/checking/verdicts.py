@@ -22,21 +22,10 @@ Json = Mapping[str, Any]
 
 def words(checked: CheckResult) -> dict[str, PropertyVerdict]:
     """Return the verdict on each property in a few words."""
-    found = {}
-    states = checked.report.get("states", 0)
-    for one in checked.report.get("properties", ()):
-        steps = one.get("steps")
-        match one["verdict"]:
-            case "violated" if steps:
-                text = f"violated in {len(steps)} steps"
-            case "holds" if steps:
-                text = f"holds: reached in {len(steps)} steps"
-            case "holds":
-                text = f"holds: {states:,} states"
-            case verdict:
-                text = f"{verdict}: {one['reason']}" if one["reason"] else verdict
-        found[one["name"]] = PropertyVerdict(text, bool(steps))
-    return found
+    return {
+        one["name"]: PropertyVerdict(checked.words(one), bool(one.get("steps")))
+        for one in checked.report.get("properties", ())
+    }
 
 
 def verdict_diagnostics(

@@ -438,6 +438,7 @@ function showEditor() {
   const isEmpty = documentOf.read && !documentOf.states.length && !documentOf.extends;
   document.body.classList.toggle("edit-empty", isEmpty);
   $("edit-hint").hidden = !isEmpty;
+  showVerdicts(documentOf.verdicts);
   if (!isEditing) return;
   const active = document.activeElement;
   const isTyping = active && $("edit-panel").contains(active) && active.matches("input, textarea, select");
@@ -462,12 +463,31 @@ function showEditor() {
   repaint();
 }
 
-/** List the findings, and the verdicts of the last check. */
+/** List the findings. */
 function showFindings() {
-  const { findings, verdicts } = documentOf;
+  const { findings } = documentOf;
   $("edit-findings").replaceChildren(...findings.map((each) => make("li", { class: each.severity }, make("button", { onclick: () => { const found = itemAt(each.at); if (found) select(found); } }, `${each.at ? `line ${each.at.line}: ` : ""}${each.message}`), ...(each.help ? [make("small", {}, each.help)] : []))));
   $("edit-problems").hidden = !findings.length;
-  $("edit-verdicts").replaceChildren(...verdicts.map((each) => make("span", { class: `edit-chip ${each.result}` }, `${each.name}: ${each.result}`)));
+}
+
+/** Show the verdicts of the last check; those with a trace are buttons that show it. */
+function showVerdicts(verdicts) {
+  const { traced } = documentOf;
+  const chips = verdicts.map(({ name, result, words, text, traced: isTraced }) => {
+    const attributes = { class: `edit-chip ${result}`, title: text };
+    if (!isTraced) return make("span", attributes, `${name}: ${words}`);
+    return make("button", { ...attributes, "data-property": name, "aria-pressed": String(name === traced), onclick: () => showTrace(name === traced ? "" : name) }, `${name}: ${words}`);
+  });
+  const focused = document.activeElement && document.activeElement.dataset.property;
+  $("edit-verdicts").replaceChildren(...chips, ...(traced ? [make("button", { onclick: () => showTrace("") }, "Close the trace")] : []));
+  if (focused) for (const chip of chips) if (chip.dataset.property === focused) chip.focus();
+}
+
+/** Show the trace of a property in the drawing, from its start; with no name, the chart again. */
+async function showTrace(name) {
+  if ((await say("trace", { property: name })) === undefined) return;
+  setMode(!name);
+  if (name) $("step").focus();
 }
 
 /** Return the innermost state or transition whose first line is at or before a location. */
@@ -664,13 +684,13 @@ document.addEventListener("keydown", (event) => {
   document.querySelector("aside").prepend(make("section", { id: "edit", "aria-label": "Editor" },
     make("div", { id: "edit-unsent", class: "panel", role: "status", hidden: true }),
     make("div", { id: "edit-palette", class: "bar panel", role: "toolbar", "aria-label": "New states" }, ...kinds),
-    make("div", { id: "edit-verdicts", class: "bar", role: "status", "aria-label": "Verdicts of check" }),
     make("div", { class: "panel" },
       make("label", { class: "edit-row" }, make("span", {}, "selected"), make("select", { id: "edit-item", onchange: (event) => { chosen = null; select(event.target.value ? JSON.parse(event.target.value) : null, true); } })),
       make("div", { id: "edit-targets", class: "bar", hidden: true }),
       make("div", { id: "edit-panel" })),
     make("details", { id: "edit-problems", class: "panel", open: true, hidden: true }, make("summary", {}, make("h2", {}, "Findings")), make("ul", { id: "edit-findings", class: "edit-list" })),
     make("details", { id: "edit-source", class: "panel" }, make("summary", {}, make("h2", {}, "Text")), make("pre", { id: "edit-text", tabindex: "0", role: "group", "aria-label": "Text of the file" }))));
+  $("edit").before(make("div", { id: "edit-verdicts", class: "bar", role: "group", "aria-label": "Verdicts of check" }));
   document.body.append(make("datalist", { id: "edit-events" }));
   $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
   const help = $("keys").querySelector("dl");

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.editor.checking.background import Background, CheckResult
-from fsmkit.editor.page.hub import EditHub, Json
+from fsmkit.editor.page.hub import EditHub, Verdict
 
 EVERY = 0.25
 """Seconds between two looks at the file."""
@@ -51,9 +51,9 @@ async def follow_file(hub: EditHub) -> None:
             running.cancel()
 
 
-def verdicts_of(found: CheckResult) -> list[Json]:
-    """Return the verdicts of a check as names with results."""
+def verdicts_of(found: CheckResult) -> list[Verdict]:
+    """Return the verdicts of a check."""
     return [
-        {"name": str(one.get("name", "")), "result": str(one.get("result", ""))}
+        Verdict(one["name"], one["verdict"], found.words(one), one["text"], one.get("trace"))
         for one in found.report.get("properties", ())
     ]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,18 +39,35 @@ from fsmkit.editor.editing.values import LISTS
 from fsmkit.editor.editing.yaml_tree import plain
 from fsmkit.inspector.commands import id_of, wrong
 from fsmkit.inspector.hub import Hub
+from fsmkit.inspector.simulation import Moment
+from fsmkit.inspector.sources.counterexample import recording_of
+from fsmkit.inspector.system_at import Course
 from fsmkit.runtime.live.messages import Done, Refused, encoded, to_json
 from fsmkit.system.views.drawing import draw_kept
 from fsmkit.yaml.writer import declarations
 from fsmkit.yaml.writing import WRITE, data
 
 Json = dict[str, Any]
-EDITING = ("edit", "undo", "redo", "tidy")
+EDITING = ("edit", "undo", "redo", "tidy", "trace")
 """The commands of the editor; all others are those of a session."""
 VALID = ("post", "set", "returns", "change", "run", "step")
 """Commands that need a chart without errors."""
 NOTHING = "chart: Chart\nstates: {none: {}}\n"
 """What is drawn of a chart without states: the page hides it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The verdict of `check` on a property.
+
+    ``trace``: its counterexample or witness, from which `recording_of` performs it again.
+    """
+
+    name: str
+    result: str
+    words: str
+    text: str = ""
+    trace: Json | None = None
 
 
 class EditHub(Hub):
@@ -62,7 +79,9 @@ class EditHub(Hub):
 
     def __init__(self, editing: EditSession, **options: Any) -> None:
         self.editing = editing
-        self.verdicts: list[Json] = []
+        self.verdicts: list[Verdict] = []
+        self.traced = ""
+        """The property whose trace is in view, instead of a run of the chart."""
         self._document: Document | None = None
         self._findings: tuple[Diagnostic, ...] = ()
         self.is_valid = False
@@ -102,9 +121,16 @@ class EditHub(Hub):
     def changed(self) -> None:
         """Show the present text to all clients, and run its chart."""
         self.verdicts = []
-        self.reload(self._read())
-        self.view.course.encoder.drawn = self._draw
-        self.view.clients.send([encoded(self.document())])
+        chart = self._read()
+        if self.traced:
+            self.traced = ""
+            self.show(chart)
+        else:
+            self.reload(chart)
+
+    def _show(self, course: Course, begin: Moment | None, end: Sequence[Json] = ()) -> None:
+        super()._show(course, begin, end)
+        course.encoder.drawn = self._draw
 
     def _draw(self, chart: Chart, fold: frozenset[int]) -> str:
         """Draw a chart; states that stay keep their positions."""
@@ -123,7 +149,21 @@ class EditHub(Hub):
             with suppress(OSError):
                 write_atomically(path, hints_text(self.placement).encode())
 
-    def show_verdicts(self, verdicts: list[Json]) -> None:
+    def show_trace(self, name: str) -> None:
+        """Show the trace of a property from its start; with no name, run the chart again."""
+        traces = {one.name: one.trace for one in self.verdicts if one.trace is not None}
+        if name:
+            trace = traces.get(name)
+            if trace is None:
+                raise wrong(f"the check found no trace of `{name}`", "wait for the next check")
+            found = recording_of({"property": name, **trace})
+            self.traced = name
+            self.show(found)
+        elif self.traced:
+            self.traced = ""
+            self.show(self._last)
+
+    def show_verdicts(self, verdicts: list[Verdict]) -> None:
         """Show the verdicts of a check of the present text."""
         self.verdicts = verdicts
         self.view.clients.send([encoded(self.document())])
@@ -155,7 +195,10 @@ class EditHub(Hub):
                 raise wrong("this session is read-only", "start it without `--read-only`")
             if name not in EDITING:
                 raise wrong("the chart has errors and cannot run", "correct its findings first")
-            self._edit(str(name), fields)
+            if name == "trace":
+                self.show_trace(str(fields.get("property", "")))
+            else:
+                self._edit(str(name), fields)
         except FsmkitError as error:
             first = error.diagnostics[0]
             one.send(
@@ -172,7 +215,8 @@ class EditHub(Hub):
                 self.changed()  # another program changed the file meanwhile
             return
         one.send(to_json(Done(re=number, result=self.editing.hash)))
-        self.changed()
+        if name != "trace":
+            self.changed()
 
     def _edit(self, name: str, fields: Json) -> None:
         match name:
@@ -207,7 +251,17 @@ class EditHub(Hub):
             "valid": self.is_valid,
             "read": document is not None,
             "findings": [as_json(finding) for finding in self._findings],
-            "verdicts": self.verdicts,
+            "traced": self.traced,
+            "verdicts": [
+                {
+                    "name": one.name,
+                    "result": one.result,
+                    "words": one.words,
+                    "text": one.text,
+                    "traced": one.trace is not None,
+                }
+                for one in self.verdicts
+            ],
         }
         if document is None:
             return found

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,23 +11,18 @@ import pytest
 import fsmkit
 from fsmkit.editor.editing.session import EditSession
 from fsmkit.editor.page import edit_page
-from fsmkit.editor.page.hub import EditHub, new_text
+from fsmkit.editor.page.hub import EditHub
 from fsmkit.plan.lower import lower
 from fsmkit.plan.tree import plan_document
 from fsmkit.verify.report.verdict import Verdict
-from tests import needs
-from tests.inspector.browsing import Watched
+from tests.editor.page.editor import Editor, editing, require_accessible
 from tests.inspector.serving import served
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, FloatRect, Page
+    from playwright.sync_api import Browser
 
 pytestmark = [pytest.mark.external, pytest.mark.slow]
-AXE = Path(__file__).parents[3] / "build/node/node_modules/axe-core/axe.min.js"
 README = Path(__file__).parents[3] / "README.md"
-PICTURES = os.environ.get("FSMKIT_PICTURES", "")
-"""A folder for pictures of the stages, for people."""
-SECONDS = 15_000
 STATES = ("closed", "opening", "open", "closing", "stuck")
 TRANSITIONS = (
     ("closed", "opening", "request"),
@@ -59,79 +51,12 @@ def plan(chart: fsmkit.Chart) -> str:
     return json.dumps(plan_document(lower(chart)), default=str)
 
 
-class Editor(Watched):
-    """A page that edits a file."""
-
-    def __init__(self, browser: Browser, path: Path, address: str) -> None:
-        super().__init__(browser, SECONDS, viewport={"width": 1280, "height": 800})
-        self.path = path
-        self.page.goto(address)
-        self.page.wait_for_function("() => documentOf && session.hello")
-
-    def edited(self, count: int = 1) -> None:
-        """Wait until the page has what the file has."""
-        del count
-        self.page.wait_for_function("() => waiting.size === 0 && !$('edit-inline')")
-
-    def picture(self, name: str) -> None:
-        if PICTURES:
-            self.page.wait_for_timeout(400)
-            self.page.screenshot(path=str(Path(PICTURES) / f"{name}.png"))
-
-    def type_in_place(self, text: str) -> None:
-        self.page.wait_for_selector("#edit-inline")
-        self.page.keyboard.press("Control+A")
-        self.page.keyboard.type(text)
-        self.page.keyboard.press("Enter")
-        self.page.wait_for_selector("#edit-inline", state="detached")
-        self.edited()
-
-    def box(self, state: str) -> FloatRect:
-        """Return where a state is drawn."""
-        self.page.wait_for_function(
-            "id => { const found = drawnItem(views[0], {kind: 'state', id});"
-            " return found && views[0].nodes.has(`s${found.index}`); }",
-            arg=state,
-        )
-        index = self.page.evaluate(f"drawnItem(views[0], {{kind: 'state', id: '{state}'}}).index")
-        found = self.page.locator(f"#drawing #s{index}").bounding_box()
-        assert found is not None
-        return found
-
-    def settled(self) -> None:
-        """Wait until the drawing shows the present chart."""
-        self.page.wait_for_function(
-            "() => !loading && views[0].shown && views[0].shown.chart === views[0].machine.hash"
-            " && views[0].look.boxes"
-        )
-
-
-@contextmanager
-def editing(browser: Browser, path: Path) -> Iterator[Editor]:
-    hub = EditHub(EditSession(path, new_text(path)))
-    with served(hub, page=edit_page) as server:
-        seen = Editor(browser, path, server.address)
-        yield seen
-        assert seen.complaints == []
-        assert all(url.startswith(f"http://127.0.0.1:{server.port}/") for url in seen.requests)
-        seen.context.close()
-
-
 def require_gate(path: Path) -> None:
     """Fail unless a file has the meaning of the README's gate."""
     reference = path.with_name("reference.yaml")
     reference.write_text(readme_gate())
     assert plan(fsmkit.read_chart(path)) == plan(fsmkit.read_chart(reference))
     assert fsmkit.check(fsmkit.read_chart(path)).verdict is Verdict.HOLDS
-
-
-def require_accessible(page: Page, editor: Editor) -> None:
-    needs.need(AXE.is_file(), "axe-core")
-    session = editor.context.new_cdp_session(page)
-    session.send("Runtime.evaluate", {"expression": AXE.read_text(encoding="utf-8")})
-    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
-    assert found["passes"]
-    assert [(v["id"], [n["html"] for n in v["nodes"]]) for v in found["violations"]] == []
 
 
 def test_a_gate_is_drawn_by_mouse_and_keyboard(browser: Browser, tmp_path: Path) -> None:
@@ -193,7 +118,7 @@ def test_a_gate_is_drawn_by_mouse_and_keyboard(browser: Browser, tmp_path: Path)
             )
         editor.settled()
         editor.picture("4-gate")
-        require_accessible(page, editor)
+        require_accessible(editor)
         page.click("#mode-run")
         page.get_by_role("button", name="request", exact=True).click()
         page.wait_for_selector("#drawing .state.active:has-text('opening')")

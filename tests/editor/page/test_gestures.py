@@ -1,0 +1,83 @@
+"""Gestures in the page of `fsmkit edit`: by mouse, by keyboard, and what they write."""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from fsmkit.editor.checking.background import Background
+from fsmkit.editor.page.following import verdicts_of
+from tests.editor.page.editor import Editor, editing, require_accessible
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = [pytest.mark.external, pytest.mark.slow]
+TRACED = """\
+chart: G
+events: {in: [go, back, jump]}
+states:
+  a: {on: {go: b}, rest: true}
+  b: {on: {back: a, jump: c}}
+  c: {rest: true}
+properties:
+  never_c: {never: In(c)}
+"""
+
+
+def check(editor: Editor) -> None:
+    """Check the file, and show the verdicts."""
+    with ThreadPoolExecutor() as other:  # this thread has the loop of Playwright
+        checking = other.submit(asyncio.run, Background().check(editor.path, frozenset()))
+        found = checking.result()
+    assert found is not None
+    editor.hub.show_verdicts(verdicts_of(found))
+
+
+def active(editor: Editor) -> list[str]:
+    """Return the active states as they are lit."""
+    found: list[str] = editor.page.evaluate(
+        "() => [...document.querySelectorAll('#drawing .node.state.active')]"
+        ".map((node) => views[0].chart.states[Number(node.id.slice(1))].id)"
+    )
+    return found
+
+
+def test_a_counterexample_is_stepped_in_the_drawing(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "g.yaml"
+    path.write_text(TRACED)
+    with editing(browser, path) as editor:
+        page, press = editor.page, editor.page.keyboard.press
+        editor.settled()
+        check(editor)
+        page.click("button.edit-chip.violated:has-text('never_c: violated in 3 steps')")
+        page.wait_for_function("() => session.mode.head === 5 && session.mode.n === 0")
+        assert page.evaluate("document.activeElement.id") == "step"
+        seen = []
+        for entry in range(1, 6):
+            press("ArrowRight")
+            page.wait_for_function("n => session.mode.n === n", arg=entry)
+            page.wait_for_function("() => !isPainting")
+            seen.append(active(editor))
+        assert seen == [["a"], ["a"], ["b"], ["b"], ["c"]]
+        assert "end of the trace of never_c" in page.inner_text("#mode")
+        editor.picture("trace")
+        require_accessible(editor)
+        page.click("#back")
+        page.wait_for_function("() => session.mode.n === 4")
+        page.wait_for_selector("#drawing .state.active:has-text('b')")
+        page.click("#mode-edit")
+        page.wait_for_selector("[data-property=never_c][aria-pressed=true]")
+        page.select_option("#edit-item", label="b: jump → c")
+        press("Delete")
+        page.wait_for_function("() => !documentOf.traced && documentOf.verdicts.length === 0")
+        page.click("#mode-run")
+        page.get_by_role("button", name="go", exact=True).click()
+        page.wait_for_selector("#drawing .state.active:has-text('b')")
+        check(editor)
+        page.wait_for_selector(".edit-chip.holds:has-text('never_c')")
+        editor.hub.show_verdicts([])
