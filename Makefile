@@ -220,7 +220,7 @@ TOOLS := gcc-avr avr-libc simavr libsimavr-dev gcc-riscv64-unknown-elf picolibc-
   cyclonedds-dev cyclonedds-tools \
   gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm \
   gcc-arm-linux-gnueabihf libc6-dev-armhf-cross gcc-i686-linux-gnu libc6-dev-i386-cross \
-  gcc-powerpc-linux-gnu libc6-dev-powerpc-cross gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user valgrind rt-tests systemd plantuml default-jre-headless \
+  gcc-powerpc-linux-gnu libc6-dev-powerpc-cross gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user valgrind rt-tests systemd plantuml default-jdk-headless \
   chromium nodejs node-typescript lcov openmpi-bin libopenmpi-dev
 tools: $(VENV)/ready
 	@$(MAKE) --no-print-directory --jobs 3 tools-python tools-node tools-system

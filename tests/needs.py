@@ -29,7 +29,7 @@ EXTERNAL = frozenset(
         *("arm-linux-gnueabihf-gcc", "arm-none-eabi-gcc", "arm-none-eabi-nm", "arm-none-eabi-size"),
         *("i686-linux-gnu-gcc", "powerpc-linux-gnu-gcc", "qemu-i386", "qemu-ppc"),
         *("clang", "clang++", "clang-tidy", "cmake", "cppcheck", "dot", "frama-c", "g++"),
-        *("chromium", "idlc", "java"),
+        *("chromium", "idlc", "java", "javac"),
         *(
             "mpicc",
             "mpirun",

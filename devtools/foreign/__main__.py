@@ -2,21 +2,26 @@
 
 ``python -m devtools.foreign rewritings`` compares rewritten random machines with references of
 the rules. ``corpus FOLDER`` reads every file and counts what is carried, by reason.
-``damage FOLDER`` cuts files and flips bits in them.
+``damage FOLDER`` cuts files and flips bits in them. ``java FOLDER`` compares machines of Rhapsody
+with the Java that Rhapsody generated; it needs ``javac``.
 """
 
 from __future__ import annotations
 
 import random
 import sys
+import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import click
 
+from devtools.foreign import choice_nets, qm_models
+from devtools.foreign.generated_java import comparison, generated_classes
 from devtools.foreign.machines import RULES, difference
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.diagnostics import Findings, FsmkitError, Severity
@@ -24,6 +29,13 @@ from fsmkit.foreign.notation import ForeignNotation
 from fsmkit.plugins import plugins
 
 COMBINATIONS = (("R1",), ("R2",), ("R7",), ("R9",), ("R11",), ("R7", "R11"), RULES)
+"""Rewritings that StateSmith needs, alone and together."""
+REFERENCES: dict[str, Callable[[int], str | None]] = {
+    **{"+".join(rules): partial(difference, rules=rules) for rules in COMBINATIONS},
+    "R1+R2+R3": qm_models.difference,
+    "R10": choice_nets.difference,
+}
+"""By rules: the first difference between a random machine by its reference and as a chart."""
 LONGEST = 10.0
 """Seconds of one file."""
 
@@ -38,14 +50,12 @@ def main() -> None:
 def rewritings(machines: int) -> None:
     """Compare rewritten machines with a reference of the rules."""
     failed = False
-    for rules in COMBINATIONS:
+    for rules, compare in REFERENCES.items():
         start = time.monotonic()
-        found = [each for seed in range(machines) if (each := difference(seed, rules)) is not None]
+        found = [each for seed in range(machines) if (each := compare(seed)) is not None]
         failed = failed or bool(found)
         seconds = time.monotonic() - start
-        click.echo(
-            f"{'+'.join(rules)}: {machines} machines, {len(found)} differences, {seconds:.0f} s"
-        )
+        click.echo(f"{rules}: {machines} machines, {len(found)} differences, {seconds:.0f} s")
         click.echo("".join(f"{each}\n" for each in found[:3]), nl=False)
     sys.exit(failed)
 
@@ -95,6 +105,20 @@ def damage(folder: Path, count: int, seed: int) -> None:
             click.echo(f"{number}: {path}: {time.monotonic() - start:.1f} s")
     click.echo(f"{count} damaged files: {carried} read, {tracebacks} tracebacks, {slow} slow")
     sys.exit(bool(tracebacks or slow))
+
+
+@main.command()
+@click.argument("folder", type=click.Path(path_type=Path, exists=True))
+@click.option("--events", default=10_000, help="Send this many random events to each machine.")
+def java(folder: Path, events: int) -> None:
+    """Compare machines of Rhapsody, and their generated C, with Java that Rhapsody generated."""
+    failed = False
+    for one in generated_classes(folder):
+        with tempfile.TemporaryDirectory() as place:
+            verdict = comparison(one, events, Path(place))
+        failed = failed or verdict != "no difference"
+        click.echo(f"{one.unit.relative_to(folder)}: {one.machine}: {events} events: {verdict}")
+    sys.exit(failed)
 
 
 def damaged(content: bytes, chosen: random.Random) -> bytes:

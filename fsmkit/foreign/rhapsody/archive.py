@@ -77,12 +77,9 @@ def read_archive(source: Source, findings: Findings) -> list[Node]:
     """Return the objects of an archive; none, with a finding, if it is damaged or no archive."""
     first = source.line(1)
     if FIRST_LINE.match(first) is None:
-        is_xml = source.text.lstrip().startswith("<")
         findings.add(
             "foreign-syntax",
-            f"`{source.name}` is in Rhapsody's XML format, which is not read"
-            if is_xml
-            else f"`{source.name}` is not an archive of Rhapsody",
+            f"`{source.name}` is not an archive of Rhapsody",
             Span(source, 0, len(first)),
             help="save the model in the text format, whose first line is `I-Logix-RPY-Archive`",
         )

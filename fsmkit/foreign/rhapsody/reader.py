@@ -29,6 +29,7 @@ from fsmkit.foreign.imports import Import, Recorder, counts, reject
 from fsmkit.foreign.rewriting.static_choices import static_choices
 from fsmkit.foreign.rewriting.tree import initial_to
 from fsmkit.foreign.rhapsody.archive import Node, decode, read_archive
+from fsmkit.foreign.rhapsody.xml_archive import read_xml
 from fsmkit.foreign.words import RESERVED
 from fsmkit.language.statements.tree import Block, DocCancel, DocField, DocSend
 
@@ -59,6 +60,8 @@ POSTING = re.compile(
     r"(?<![\w.>)])(?:gen|GEN)\s*\(|\bCGEN\w*\(\s*me\s*,|\bthis(?:\.|->)(?:gen|GEN)\("
 )
 """Text that sends an event to its own object."""
+SENDING, SEND_ACTION = "EventState", "ISendAction"
+"""A state that sends an event when it is entered, and the action of its entry."""
 KINDS = {"And": Kind.PARALLEL, "LocalTermination": Kind.FINAL, "Termination": Kind.FINAL}
 """Types of states that are not plain ones."""
 CHOICES = frozenset({"Condition", "Junction"})
@@ -70,17 +73,20 @@ HISTORIES = frozenset({"History"})
 
 def machines(source: Source, findings: Findings) -> tuple[str, ...]:
     """Return the names of the classes that have a statechart."""
-    return tuple(_name(one) for one in _classes(read_archive(source, findings)))
+    return tuple(_name(one) for one in _classes(_archive(source, findings)))
 
 
 def import_machine(source: Source, machine: str, findings: Findings) -> Import | None:
     """Return the machine of a class; None if it cannot be read."""
-    archive = read_archive(source, findings)
+    archive = _archive(source, findings)
     found = next((one for one in _classes(archive) if _name(one) == machine), None)
     if found is None:
         return None
-    events = {
-        one.word("_id"): one for top in archive for one in top.below() if one.kind == "IEvent"
+    elements = {
+        one.word("_id"): one
+        for top in archive
+        for one in top.below()
+        if one.word("_id") and not one.kind.endswith("Handle")
     }
     bodies = _bodies(found)
     variables = {
@@ -90,7 +96,7 @@ def import_machine(source: Source, machine: str, findings: Findings) -> Import |
     }
     while True:
         own, recorder = Findings(), Recorder()
-        reader = _Machine(found, events, variables, own, recorder)
+        reader = _Machine(found, elements, variables, own, recorder)
         document = reader.document()
         opaque = reader.operations.opaque
         used = [n for n in variables if any(uses(opaque, f"{self_}{n}") for self_ in SELVES)
@@ -105,6 +111,12 @@ def import_machine(source: Source, machine: str, findings: Findings) -> Import |
     _reject_posts([one.text for one in opaque], bodies, findings)
     read = counts(document)
     return recorder.imported(machine, static_choices(document, recorder, findings), read, opaque)
+
+
+def _archive(source: Source, findings: Findings) -> list[Node]:
+    """Return the objects of an archive of either format."""
+    is_xml = source.text.lstrip().startswith("<")
+    return read_xml(source, findings) if is_xml else read_archive(source, findings)
 
 
 def _classes(archive: Iterable[Node]) -> list[Node]:
@@ -188,7 +200,8 @@ class _Machine:
     """Reads one class."""
 
     element: Node
-    known_events: dict[str, Node]
+    elements: dict[str, Node]
+    """The elements of the archive, by id."""
     data: dict[str, DocData]
     findings: Findings
     recorder: Recorder
@@ -266,11 +279,13 @@ class _Machine:
 
     def _state(self, node: Node, nodes: list[Node]) -> DocState:
         name, kind = node.word("_id"), node.word("_stateType")
-        if kind not in (*KINDS, "", "Or"):
+        if kind not in (*KINDS, "", "Or", SENDING):
             reject(self.findings, f"a state of the type `{kind}` is not read", node.span,
                    "replace it by plain states")  # fmt: skip
         children = self._children(name, nodes)
-        entry = self._block(_body(node.node("_entryAction")))
+        action = node.node("_entryAction")
+        is_sending = action is not None and action.kind == SEND_ACTION
+        entry = self._send(action) if action and is_sending else self._block(_body(action))
         exit_ = self._block(_body(node.node("_exitAction")))
         for event, id_, delay in self.timers.get(name, ()):
             entry += (DocSend(node.span, event=event, delay_expr=delay, id=id_),)
@@ -353,15 +368,28 @@ class _Machine:
         return replace(move, trigger=Trigger.EVENT, events=(event,))
 
     def _event(self, trigger: Node) -> Text | None:
-        """Return the event of a trigger: a reception or a triggered operation."""
-        handle, body = trigger.node("_itsInterfaceItem"), trigger.text("_body")
-        declared = self.known_events.get("" if handle is None else handle.word("_id"))
-        wanted = body if body is not None else None if declared is None else _named(declared)
+        """Return the event of a trigger: a reception or a triggered operation.
+
+        The text of a trigger keeps the old name of an event that was renamed or replaced, so the
+        reference wins. It has an id, and a name if the event is in another unit.
+        """
+        handle, wanted = trigger.node("_itsInterfaceItem"), trigger.text("_body")
+        declared = self.elements.get("" if handle is None else handle.word("_id"))
+        name = self._referenced(handle)
+        if name:
+            wanted = (Text("", trigger.span, ()) if wanted is None else wanted).with_value(name)
         if wanted is None or not wanted.value.strip():
             reject(self.findings, f"a trigger of the kind `{trigger.kind}` is not read",
                    trigger.span, "trigger the transition by an event or a timeout")  # fmt: skip
             return None
         return wanted.with_value(self._declare(wanted, declared).name.value)
+
+    def _referenced(self, handle: Node | None) -> str:
+        """Return the name of an element, without its signature; empty if it is not known."""
+        if handle is None:
+            return ""
+        element = self.elements.get(handle.word("_id"), handle)
+        return element.word("_name").split("(")[0].strip()
 
     def _declare(self, named: Text, declared: Node | None = None) -> DocEvent:
         if named.value not in self.events:
@@ -373,7 +401,7 @@ class _Machine:
     def _fields(self, trigger: Node | None) -> dict[str, str]:
         """Return the parameters of an event as content names them."""
         handle = None if trigger is None else trigger.node("_itsInterfaceItem")
-        declared = self.known_events.get("" if handle is None else handle.word("_id"))
+        declared = self.elements.get("" if handle is None else handle.word("_id"))
         names = (
             ()
             if declared is None
@@ -423,13 +451,30 @@ class _Machine:
         found = SENT.fullmatch(piece.value)
         if found:
             port = found["java"] or found["port"] or found["c_port"]
-            event = found["event"] or found["sent"] or found["c_event"]
-            key = f"{port[:1].lower()}{port[1:]}_{event}"
-            if key not in self.out:
-                name = piece.with_value(self.event_namer.name(key))
-                self.out[key] = DocEvent(name, (), Direction.OUT)
-            return (DocSend(piece.span, event=piece.with_value(self.out[key].name.value)),)
+            return self._sent(port, found["event"] or found["sent"] or found["c_event"], piece)
         return None
+
+    def _send(self, action: Node) -> Block:
+        """Return the statement of an action that sends an event to a port or another object."""
+        event, target = (self._referenced(action.node(key)) for key in ("m_hEvent", "m_hTarget"))
+        at = Text("", action.span, ())
+        values = [one.word("_data") for one in action.below() if one.kind == "IHandleWithData"]
+        if not event or not target:
+            reject(self.findings, "this send action names no event, or no target in this file", at,
+                   "send it by an action, such as `OPORT(port)->GEN(event)`")  # fmt: skip
+            return ()
+        if action.word("_ArgValCount") in ("", "0") and not values:
+            return self._sent(target, event, at)
+        code = f"{target}->GEN({event}({', '.join(values)}))"
+        return self.operations.action(at.with_value(code))
+
+    def _sent(self, port: str, event: str, at: Text) -> Block:
+        """Return the statement that sends an event by a port, and declare the event."""
+        key = f"{port[:1].lower()}{port[1:]}_{event}"
+        if key not in self.out:
+            name = at.with_value(self.event_namer.name(key))
+            self.out[key] = DocEvent(name, (), Direction.OUT)
+        return (DocSend(at.span, event=at.with_value(self.out[key].name.value)),)
 
 
 def _event_fields(declared: Node, at: Text) -> tuple[DocField, ...]:

@@ -2,8 +2,9 @@
 
 fsmkit writes ``set OPERATION true`` or ``false`` for the guards, ``advance MILLISECONDS``, ``post
 EVENT`` and ``answer``. After ``answer`` the program prints what happened since the last answer: the
-names of operations that it performed, in their order, then ``state NAME`` for each active leaf
-state, then ``end``. Names of operations are those of the report. A line ``end`` from fsmkit ends
+names of operations that it performed, in their order; ``sent EVENT`` for each event that leaves the
+machine, in their order; ``state NAME`` for each active leaf state; ``end``. Names of operations are
+those of the report. A line ``end`` from fsmkit ends
 the program. The first ``answer`` is about the start of the machine.
 """
 
@@ -25,9 +26,10 @@ MOST_LINES = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """The effects of a step: performed operations in their order, and active leaf states."""
+    """The effects of a step: performed operations and sent events, and the active leaf states."""
 
     operations: tuple[str, ...]
+    sent: tuple[str, ...]
     states: frozenset[str]
 
 
@@ -76,15 +78,18 @@ class Program:
 
 def _read(lines: Iterable[str], failed: Callable[[str], FsmkitError]) -> Observation:
     operations: list[str] = []
+    sent: list[str] = []
     states: set[str] = set()
     for number, line in enumerate(lines):
         word = line.strip()
         if word == "end":
-            return Observation(tuple(operations), frozenset(states))
+            return Observation(tuple(operations), tuple(sent), frozenset(states))
         if number >= MOST_LINES:
             break
         if word.startswith("state "):
             states.add(word.removeprefix("state ").strip())
+        elif word.startswith("sent "):
+            sent.append(word.removeprefix("sent ").strip())
         elif word:
             operations.append(word)
     raise failed("ended, or did not answer in time")

@@ -157,27 +157,31 @@ def _shortest(chart: Chart, command: str, steps: list[Step], found: Difference) 
 
 
 def _lines(observed: Observation) -> tuple[str, ...]:
-    return (*observed.operations, *(f"state {name}" for name in sorted(observed.states)))
+    sent = (f"sent {name}" for name in observed.sent)
+    return (*observed.operations, *sent, *(f"state {name}" for name in sorted(observed.states)))
 
 
 def _normal(observed: Observation) -> Observation:
     """Return an observation without case; a state that rests is named as its parent."""
     names = (name.lower().removesuffix(SUFFIX) for name in observed.states)
-    return Observation(observed.operations, frozenset(names))
+    return Observation(observed.operations, observed.sent, frozenset(names))
 
 
 class _Interpreted:
-    """A session that records the operations without a result."""
+    """A session that records the operations without a result, and the events that it sends."""
 
     def __init__(self, chart: Chart) -> None:
         self.called: list[str] = []
+        self.sent: list[str] = []
         self.values: dict[str, bool] = {}
         self.is_started = False
         operations = {
             each.name: self._operation(each.name, has_result=each.result is not None)
             for each in chart.operations
         }
-        self.session = Session(chart, operations, start=False)
+        self.session = Session(
+            chart, operations, start=False, on_event=lambda event: self.sent.append(event.event)
+        )
 
     def _operation(self, name: str, *, has_result: bool) -> Callable[..., bool | None]:
         def call(*_: object) -> bool | None:
@@ -200,4 +204,5 @@ class _Interpreted:
             self.session.post(step.event)
             self.session.run()
         called, self.called = tuple(self.called), []
-        return Observation(called, frozenset(self.session.active))
+        sent, self.sent = tuple(self.sent), []
+        return Observation(called, sent, frozenset(self.session.active))

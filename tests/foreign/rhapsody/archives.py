@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable
+from xml.sax.saxutils import escape
+
+from fsmkit.diagnostics import Findings, Source, Text
+from fsmkit.foreign.rhapsody.archive import Node, read_archive
 
 HEAD = "I-Logix-RPY-Archive version 8.12.0 Java 9728113\n"
 
@@ -124,3 +128,54 @@ def archive(
     )
     package = f"{{ ISubsystem\n{container('Classes', [class_])}{container('Events', events)}}}\n"
     return HEAD + textwrap.indent(package, "\t")
+
+
+PARTS = ("States", "Transitions", "Connectors", "Attrs", "Args", "Operations", "StateCharts",
+         "ValueSpecifications", "Events", "Classes", "_itsLabel", "_itsTrigger", "_itsGuard",
+         "_itsAction")  # fmt: skip
+"""Fields whose objects the XML format puts behind the object, with a list of their ids."""
+
+
+def as_xml(text: str) -> str:
+    """Return an archive in Rhapsody's XML format."""
+    findings = Findings()
+    lines: list[str] = []
+    for node in read_archive(Source("archive.sbs", text), findings):
+        _write(node, lines)
+    findings.stop_on_errors()
+    inner = "\n".join(lines)
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n<RhapsodyArchive>\n<version>109.0.1</version>\n'
+        f"<RHAPSODY-MODEL>\n{inner}\n</RHAPSODY-MODEL>\n</RhapsodyArchive>\n"
+    )
+
+
+def _write(node: Node, lines: list[str]) -> str:
+    """Add an object, and its parts behind it; return its id."""
+    id_ = node.word("_id") or f"GUID part-{node.span.start}"
+    fields, parts = [], []
+    for name, values in node.fields.items():
+        inner = node.items(name) or [one for one in values if isinstance(one, Node)]
+        if name in PARTS and inner and node.node(name) is not None:
+            parts += [one for one in inner if one.kind != "IRPYRawContainer"]
+        elif name != "_id":
+            fields.append(_field(node, name, values))
+    own = f'<_id type="a">{id_}</_id>' + "".join(fields)
+    start = len(lines)
+    lines.append("")
+    ids = "".join(f"<value>{_write(part, lines)}</value>" for part in parts)
+    own += f'<AggregatesList type="e">{ids}</AggregatesList>' if ids else ""
+    lines[start] = f'<{node.kind} type="e">{own}</{node.kind}>'
+    return id_
+
+
+def _field(node: Node, name: str, values: list[Node | Text]) -> str:
+    tag = f"_h{name[1:]}" if node.kind == "IHandle" else name
+    found = ""
+    for value in values:
+        if isinstance(value, Text):
+            found += escape(value.value).replace("\n", "%0D\n")
+        else:
+            inner = "".join(_field(value, *item) for item in value.fields.items())
+            found += f'<{value.kind} type="e">{inner}</{value.kind}>'
+    return f'<{tag} type="a">{found}</{tag}>'

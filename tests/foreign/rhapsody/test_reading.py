@@ -17,9 +17,11 @@ from fsmkit.foreign.rhapsody.reader import decode, import_machine, machines
 from fsmkit.plugins import plugin
 from tests.foreign.rhapsody.archives import (
     archive,
+    as_xml,
     connector,
     default,
     event,
+    handle,
     move,
     operation,
     state,
@@ -39,11 +41,15 @@ def imported(text: str) -> tuple[Import | None, list[str]]:
 
 
 def written(text: str) -> str:
-    """Return the chart of a machine as YAML."""
-    found, errors = imported(text)
-    assert found is not None
-    assert not errors
-    return plugin(FrontEnd, "yaml").write(found.document)
+    """Return the chart of a machine as YAML, which is the same from both formats of archives."""
+    charts = []
+    for archived in (text, as_xml(text)):
+        found, errors = imported(archived)
+        assert found is not None
+        assert not errors
+        charts.append(plugin(FrontEnd, "yaml").write(found.document))
+    assert charts[0] == charts[1]
+    return charts[0]
 
 
 def test_a_machine_is_read() -> None:
@@ -72,6 +78,67 @@ def test_a_machine_is_read() -> None:
         "      evKnock: {do: bell()}\n  open:\n    initial: ajar\n    on: {evShut: closed}\n"
         "    states:\n      ajar: {after: {1500ms: wide}}\n      wide: {}\n"
     )
+
+
+@pytest.mark.parametrize(
+    ("place", "name"), [("here", "evPush"), ("in another unit", "evPush()"), ("nowhere", "")]
+)
+def test_a_renamed_event_has_its_new_name(place: str, name: str) -> None:
+    """The text of a trigger keeps the old name; the reference has an id, or also a name."""
+    text = archive(
+        TWO,
+        [default("root", "closed"), move("closed", "open", trigger="evPush")],
+        events=[event("evPush")] if place == "here" else (),
+    ).replace('_body = "evPush"', '_body = "evOld"')
+    if name.endswith(")"):
+        text = text.replace(
+            "- _id = GUID event-evPush;", f'- _id = GUID event-evPush;\n- _name = "{name}";'
+        )
+    assert f"on: {{{'evOld' if place == 'nowhere' else 'evPush'}: open}}" in written(text)
+
+
+@pytest.mark.parametrize(
+    ("target", "values", "entry"),
+    [
+        ("lamp", (), "send lamp_evOn"),
+        ("lamp", ("this", "3"), "lamp_GEN_evOn_this_3()"),
+        ("", (), None),
+    ],
+)
+def test_a_state_that_sends_an_event(
+    target: str, values: tuple[str, ...], entry: str | None
+) -> None:
+    data = "".join(f'{{ IHandleWithData\n- _data = "{one}";\n}}\n' for one in values)
+    name = {"name": f'"{target}"'} if target else {}
+    action = (
+        f"- _entryAction = {{ ISendAction\n- m_hTarget = {handle('IPort', **name)}\n"
+        f"- m_hEvent = {handle('IEvent', id='GUID event-evOn')}\n"
+        f"- _ArgValCount = {len(values)};\n- value = {data}}}\n"
+    )
+    sending = state("lit", kind="EventState").replace("- _defaultTrans", f"{action}- _defaultTrans")
+    text = archive(
+        [state("off"), sending],
+        [default("root", "off"), move("off", "lit", trigger="evPush"), move("lit", "off")],
+        events=[event("evOn")],
+    )
+    if entry is None:
+        assert "names no event, or no target" in imported(text)[1][0]
+    else:
+        assert f"lit: {{entry: {entry}, always: [off]}}" in written(text)
+
+
+def test_parts_in_a_circle_are_no_machine() -> None:
+    text = as_xml(archive(TWO, [default("root", "closed")]))
+    lists = "<AggregatesList><value>GUID {}</value></AggregatesList>"
+    looped = text.replace("</IStateChart>", lists.format("self") + "</IStateChart>")
+    findings = Findings()
+    assert machines(Source("door.sbsx", looped), findings) == ("Door",)
+    circle = "".join(
+        f'<IClass type="e"><_id type="a">GUID {a}</_id>{lists.format(b)}</IClass>'
+        for a, b in (("a", "b"), ("b", "a"), ("c", "c"))
+    )
+    text = f"<RhapsodyArchive><RHAPSODY-MODEL>{circle}</RHAPSODY-MODEL></RhapsodyArchive>"
+    assert machines(Source("door.sbsx", text), findings) == ()
 
 
 def test_regions_history_and_final_states() -> None:
@@ -214,12 +281,14 @@ def test_the_open_order_of_transitions_is_reported() -> None:
     assert "the order of transitions of `closed` is open" in found.differs[0].message
 
 
-def test_damaged_archives_have_findings_only() -> None:
-    whole = archive(
+@pytest.mark.parametrize("is_xml", [False, True])
+def test_damaged_archives_have_findings_only(is_xml: bool) -> None:
+    text = archive(
         TWO,
         [default("root", "closed"), move("closed", "open", trigger="e", guard='a == "x\\""')],
         attributes=[typed("IAttribute", "x", "int", "1")],
-    ).encode()
+    )
+    whole = (as_xml(text) if is_xml else text).encode()
     chance = random.Random(3)
     for _ in range(300):
         data = bytearray(whole)
@@ -236,7 +305,8 @@ def test_damaged_archives_have_findings_only() -> None:
 
 def test_files_of_other_kinds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, text, message in (
-        ("a.rpyx", '<?xml version="1.0"?><a/>', "XML format"),
+        ("a.rpyx", '<?xml version="1.0"?><a/>', "is not an archive"),
+        ("d.rpyx", "<RhapsodyArchive><RHAPSODY-MODEL/>", "broken-xml"),
         ("b.sbs", "nothing", "is not an archive"),
         ("c.cls", archive(TWO, [default("root", "closed")]).replace("{ IClass", "{" * 300), "300"),
     ):

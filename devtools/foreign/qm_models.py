@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from devtools.random_charts.choices import Choices
+from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.chart.chart import Chart
+from fsmkit.chart.elaborate import elaborate
+from fsmkit.diagnostics import Findings, Source
+from fsmkit.foreign.imports import Rewriting
+from fsmkit.foreign.qm.reader import import_machine
 from fsmkit.testing.harness.harness import INTERPRETER
 
 EVENTS = ("A", "B", "C")
@@ -234,7 +238,7 @@ class Reference:
         state = self.model.named(target.rstrip("*"))
         if not target.endswith("*"):
             return state
-        assert state.history is not None
+        assert state.history is not None  # noqa: S101  (the target names it)
         return self.kept.get(state.name) or self.model.named(state.history[1])
 
     def _leave(self, leaf: State) -> None:
@@ -245,7 +249,7 @@ class Reference:
             self.kept[state.name] = leaf if state.history[0] == "deep" else child
         if state.has_handlers:
             self.calls.append(f"{state.name}_exit")
-        assert state.parent is not None
+        assert state.parent is not None  # noqa: S101  (not the root)
         self.at = state.parent
 
     def _enter(self, goal: State) -> None:
@@ -285,3 +289,24 @@ def chart_calls(chart: Chart, events: list[str]) -> list[list[str]]:
     found.pop()
     rest = iter(found[1:])
     return [found[0], *([] if event not in chart.event_index else next(rest) for event in events)]
+
+
+def difference(number: int) -> str | None:
+    """Return the difference between a random model by the reference and as a chart."""
+    return comparison(number)[0]
+
+
+def comparison(number: int) -> tuple[str | None, tuple[Rewriting, ...]]:
+    """Return the difference of a random model, if any, and the rewritings of its import."""
+    choices = SeededChoices(f"qm {number}")
+    model = random_model(choices)
+    events = [choices.pick(EVENTS) for _ in range(30)]
+    text, findings = text_of(model), Findings()
+    found = import_machine(Source("random.qm", text), "Random", findings)
+    chart = None if found is None else elaborate((found.document,), findings)
+    findings.stop_on_errors()
+    if found is None or chart is None:
+        return "no chart", ()
+    expected, called = reference_calls(model, events), chart_calls(chart, events)
+    same = expected == called
+    return None if same else f"model {number}: {expected}, not {called}", found.rewritten
