@@ -52,12 +52,15 @@ class _Probe(ctypes.Structure):
         ("read", _Range * MOST_RANGES),
         ("code", ctypes.c_void_p),
         ("coded", _Range),
+        ("data", ctypes.c_void_p),
+        ("stored", _Range),
         ("stop", ctypes.c_void_p),
         ("register_read", ctypes.c_void_p),
         ("register_write", ctypes.c_void_p),
         ("stack_register", ctypes.c_int),
         ("pc_register", ctypes.c_int),
         ("status_register", ctypes.c_int),
+        ("argument_registers", ctypes.c_int * 3),
         ("count", ctypes.c_uint32),
         ("wrong", ctypes.c_uint32),
         ("wrong_address", ctypes.c_uint64),
@@ -272,6 +275,9 @@ class Emulator:
         code = self._region(self._halt)
         probe.code = ctypes.addressof(code.data)
         probe.coded = _Range(code.start, code.end)
+        data = self._region(self._address("certify_answers"))
+        probe.data = ctypes.addressof(data.data)
+        probe.stored = _Range(data.start, data.end)
         probe.stop = ctypes.cast(self._lib.uc_emu_stop, ctypes.c_void_p).value
         probe.register_read = ctypes.cast(self._lib.uc_reg_read, ctypes.c_void_p).value
         probe.stack_register = self._number(self.processor.stack)
@@ -279,7 +285,8 @@ class Emulator:
         status = self.processor.status
         probe.status_register = self._number(status) if status else -1
         probe.pc_register = self._number(self.processor.counter)
-        prepare = self._address("certify_prepare") & ~1
+        probe.argument_registers[:] = [self._number(each) for each in self.processor.arguments]
+        prepare, copy = (self._address(name) & ~1 for name in ("certify_prepare", "certify_copy"))
         for number, (start, to) in enumerate(self.image.redirected[:MOST_REDIRECTED]):
             probe.redirect[number] = _Range(start, to)
             probe.redirected += 1
@@ -289,6 +296,7 @@ class Emulator:
         for kind, name, first, last in (
             *redirected,
             (HOOK_CODE, "probe_request", prepare, prepare),
+            (HOOK_CODE, "probe_copy", copy, copy),
             (HOOK_CODE, "probe_code", probe.driver.end, ANYWHERE),
             (HOOK_CODE, "probe_code", 0, probe.driver.start - 1),
             (HOOK_BLOCK, "probe_block", probe.driver.start, probe.driver.end),

@@ -29,6 +29,8 @@ class Processor:
     """The register that holds the return address."""
     counter: str
     """The program counter."""
+    arguments: tuple[str, ...]
+    """The registers of the first three arguments of a function."""
     model: str = ""
     status: str = ""
     """The register that holds the conditions of IT blocks."""
@@ -42,11 +44,15 @@ class Processor:
     """Registers with other values, such as those that enable floating point."""
 
 
+def _registers(name: str, first: int) -> tuple[str, ...]:
+    return tuple(f"{name}{number}" for number in range(first, first + 3))
+
+
 def _cortex(name: str, model: str, taken: int = 0) -> Processor:
     return Processor(
         name, "arm", "UC_ARCH_ARM", ("UC_MODE_THUMB", "UC_MODE_MCLASS"), "UC_ARM_REG_SP",
-        "UC_ARM_REG_LR", "UC_ARM_REG_PC", f"UC_CPU_ARM_CORTEX_{model}",
-        "" if taken else "UC_ARM_REG_XPSR",
+        "UC_ARM_REG_LR", "UC_ARM_REG_PC", _registers("UC_ARM_REG_R", 0),
+        f"UC_CPU_ARM_CORTEX_{model}", "" if taken else "UC_ARM_REG_XPSR",
         is_thumb=True, taken=taken,
     )  # fmt: skip
 
@@ -59,15 +65,17 @@ PROCESSORS = (
     _cortex("Cortex-M33", "M33"),
     Processor(
         "RV32IMC", "riscv", "UC_ARCH_RISCV", ("UC_MODE_RISCV32",), "UC_RISCV_REG_SP",
-        "UC_RISCV_REG_RA", "UC_RISCV_REG_PC", globals=(("UC_RISCV_REG_GP", "__global_pointer$"),),
+        "UC_RISCV_REG_RA", "UC_RISCV_REG_PC", _registers("UC_RISCV_REG_A", 0),
+        globals=(("UC_RISCV_REG_GP", "__global_pointer$"),),
     ),
     Processor(
         "AArch64", "arm64", "UC_ARCH_ARM64", ("UC_MODE_ARM",), "UC_ARM64_REG_SP",
-        "UC_ARM64_REG_LR", "UC_ARM64_REG_PC",
+        "UC_ARM64_REG_LR", "UC_ARM64_REG_PC", _registers("UC_ARM64_REG_X", 0),
     ),
     Processor(
         "PowerPC", "ppc", "UC_ARCH_PPC", ("UC_MODE_PPC32", "UC_MODE_BIG_ENDIAN"), "UC_PPC_REG_1",
-        "UC_PPC_REG_LR", "UC_PPC_REG_PC", is_big_endian=True,
+        "UC_PPC_REG_LR", "UC_PPC_REG_PC", _registers("UC_PPC_REG_", 3),
+        is_big_endian=True,
         globals=(("UC_PPC_REG_13", "_SDA_BASE_"), ("UC_PPC_REG_2", "_SDA2_BASE_")),
         values=(("UC_PPC_REG_MSR", 0x2000),),
     ),
