@@ -5,7 +5,7 @@ let selected = null; // {kind: "state", id} or {kind: "transition", source, inde
 let isEditing = true;
 let unsent = []; // edits that no server took, by batches of operations
 let afterEdit = null; // what is done with the next document
-let drag = null; // {how: "link" or "move", from, x, y, isMoved, line}
+let drag = null; // {how: "link", "move", "source" or "target", from, hash, x, y, isMoved}
 
 const KIND_WORDS = { atomic: "State", compound: "Composite", parallel: "Parallel", final: "Final", choice: "Choice", "shallow history": "History" };
 const CHILDLESS_KINDS = ["final", "choice", "shallow history", "deep history"];
@@ -44,10 +44,10 @@ function itemOf(what) {
   return what.kind === "state" ? state : state && state.transitions[what.index];
 }
 
-/** Ask for edits as one step of undo; `then` runs with the document that has them. */
-async function edit(operations, then) {
+/** Request edits as one step of undo; `then` runs with the document that has them. */
+async function edit(operations, then, hash = documentOf && documentOf.hash) {
   if (!documentOf) return false;
-  const batch = { hash: documentOf.hash, operations };
+  const batch = { hash, operations };
   afterEdit = then ? { then } : null;
   const done = await say("edit", batch);
   if (done !== undefined) return true;
@@ -182,15 +182,19 @@ async function addState(kind) {
 }
 
 /** Add a transition; then its label is typed. */
-async function addTransition(source, target) {
-  const before = stateOf(source);
-  const count = before ? before.transitions.length : 0;
+async function addTransition(source, target, hash = documentOf.hash) {
   await edit([{ op: "AddTransition", source, targets: [target] }], () => {
-    const { transitions } = stateOf(source);
-    const index = transitions.findIndex((each) => each.trigger === "eventless" && each.targets[0] === target && !each.keys.if);
-    selected = { kind: "transition", source, index: index < 0 ? count : index };
+    selected = transitionLike(source, { trigger: "eventless", label: "", targets: [target], keys: {} });
     setTimeout(() => editInPlace());
-  });
+  }, hash);
+}
+
+/** Return the item of the last transition of a state with this trigger, guard and targets. */
+function transitionLike(source, { trigger, label, targets, keys }) {
+  const state = stateOf(source);
+  const guardOf = (each) => (each.if || [""])[0];
+  const index = state ? state.transitions.findLastIndex((each) => each.trigger === trigger && each.label === label && each.targets.join() === targets.join() && guardOf(each.keys) === guardOf(keys)) : -1;
+  return index < 0 ? null : { kind: "transition", source, index };
 }
 
 async function removeSelected() {
@@ -215,11 +219,7 @@ async function setLabel(what, text) {
   if (content !== (one.keys.do || [""])[0].replaceAll("\n", "; ")) operations.push({ op: "SetContent", source, index, content });
   if (trigger !== one.trigger || label !== one.label) operations.push(...undeclared({ trigger, label }), { op: "SetTrigger", source, index, trigger, label });
   if (!operations.length) return true;
-  return edit(operations, () => {
-    const { transitions } = stateOf(source);
-    const same = transitions.findIndex((each) => each.trigger === trigger && each.label === label && (each.keys.if || [""])[0] === guard && each.targets.join() === one.targets.join());
-    selected = { kind: "transition", source, index: same < 0 ? index : same };
-  });
+  return edit(operations, () => { selected = transitionLike(source, { ...one, trigger, label, keys: { if: [guard] } }) || what; });
 }
 
 const undo = () => say("undo");
@@ -371,7 +371,7 @@ function transitionPanel(one, { source, index }) {
   const isOne = one.targets.length < 2;
   return [
     row("label", textBox(labelText(one), (text) => setLabel({ kind: "transition", source, index }, text), { id: "edit-label", list: "edit-events", placeholder: "event [guard] / statements" }), "event [guard] / statements; after 5s, every 5s; nothing: always"),
-    row("from", choice(stateChoices(""), source, (to) => edit([{ op: "SetSource", source, index, new: to }], () => { selected = { kind: "state", id: to }; }))),
+    row("from", choice(stateChoices(""), source, (to) => edit([{ op: "SetSource", source, index, new: to }], () => { selected = transitionLike(to, one) || { kind: "state", id: to }; }))),
     ...(isOne ? [row("to", choice([["", "(stays)"], ...stateChoices("")], one.targets[0] || "", (to) => edit([{ op: "SetTarget", source, index, targets: to ? [to] : [] }])))] : [row("to", make("span", {}, one.targets.join(", ")))]),
     ...keyRows(documentOf.rows.transition, one.keys, source, index, ["if"]),
     make("div", { class: "bar" },
@@ -505,7 +505,10 @@ function itemAt(at) {
 // --- the drawing ----------------------------------------------------------------------------------
 
 const NODES = { state: "s", transition: "t" };
+const BORDER = 7; // pixels inside of a state's border from which a transition is drawn
+const OUTSIDE = 4; // and outside
 let marked = []; // nodes with a class of the editor
+let handles = []; // circles; `of`: the node that has them
 
 paint = ((inner) => () => {
   inner();
@@ -520,7 +523,7 @@ paint = ((inner) => () => {
   };
   for (const each of documentOf.findings) if (each.severity !== "note") { const found = itemAt(each.at); if (found) mark(found, "edit-finding"); }
   const drawn = selected && mark(selected, "edit-selected");
-  showHandle(drawn && drawn.kind === "state" ? (view.nodes.get(`s${drawn.index}`) || [])[0] : null);
+  showHandles(view, drawn);
 })(paint);
 
 /** Show a new drawing as a person left the old one: zoomed and moved, or whole. */
@@ -534,79 +537,131 @@ views[0].look.show = ((inner) => function show(svg) {
   if (!kept) this.ownBox = this.box.join();
 })(views[0].look.show);
 
-/** Show the handle at the border of the selected state, from which a transition is drawn. */
-function showHandle(node) {
-  const old = $("edit-handle");
-  if (old && node && old.parentNode === node.parentNode && old.of === node) return;
-  if (old) old.remove();
-  if (!node) return;
-  const { x, y, width, height } = node.getBBox();
-  const handle = shape("circle", { id: "edit-handle", class: "edit-handle", cx: x + width, cy: y + height / 2, r: 6 });
-  handle.of = node;
-  node.parentNode.append(handle);
+/** Return where the ends of a drawn transition are: the points of its lines next to its states. */
+function endsOf(view, one, source) {
+  const drawn = drawnItem(view, { kind: "state", id: source });
+  const nodes = view.nodes.get(`t${one.drawn}`) || [];
+  const paths = nodes.flatMap((node) => [...node.querySelectorAll("path")]).filter((path) => path.closest(".edge"));
+  const points = [...new Set(paths)].flatMap((path) => [path.getPointAtLength(0), path.getPointAtLength(path.getTotalLength())]);
+  if (!drawn || points.length < 2) return [];
+  const take_ = (id) => {
+    const found = drawnItem(view, { kind: "state", id });
+    const [node] = (found && view.nodes.get(`s${found.index}`)) || [];
+    if (!node) return null;
+    const { x, y, width, height } = node.getBBox();
+    const away = (at) => Math.min(Math.hypot(at.x - Math.max(x, Math.min(at.x, x + width)), at.y - Math.max(y, Math.min(at.y, y + height))) || Infinity, Math.abs(at.x - x), Math.abs(at.x - x - width), Math.abs(at.y - y), Math.abs(at.y - y - height));
+    points.sort((one_, other) => away(one_) - away(other));
+    return points.shift();
+  };
+  const ends = [{ how: "source", at: take_(source) }];
+  if (one.targets.length === 1) ends.push({ how: "target", at: take_(one.targets[0]) });
+  return ends.filter(({ at }) => at);
 }
 
-/** Return the coordinates of a mouse in the group of the handle. */
-function pointIn(group, event) {
-  const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(group.getScreenCTM().inverse());
-  return [at.x, at.y];
+/** Show the handle of the selected state, or those of the ends of the selected transition. */
+function showHandles(view, drawn) {
+  const [node] = (drawn && view.nodes.get(NODES[drawn.kind] + drawn.index)) || [];
+  if (handles.of === node) return;
+  for (const each of handles) each.remove();
+  handles = [];
+  handles.of = node;
+  if (!node) return;
+  const handle = (how, cx, cy) => shape("circle", { id: how === "link" ? "edit-handle" : `edit-end-${how}`, class: "edit-handle", "data-how": how, cx, cy, r: how === "link" ? 6 : 5 });
+  if (drawn.kind === "state") {
+    const { x, y, width, height } = node.getBBox();
+    if (!["final", "shallow history", "deep history"].includes(itemOf(selected).kind)) handles.push(handle("link", x + width, y + height / 2));
+  } else for (const { how, at } of endsOf(view, itemOf(selected), selected.source)) handles.push(handle(how, at.x, at.y));
+  node.parentNode.append(...handles);
 }
 
 /** Return the state of this file that is drawn at a point. */
-function stateAt(event) {
-  const under = document.elementsFromPoint(event.clientX, event.clientY).find((node) => views[0].frame.contains(node) && node.id !== "edit-handle" && !node.matches(".edit-line"));
+function stateAt({ clientX, clientY }) {
+  const under = document.elementsFromPoint(clientX, clientY).find((node) => views[0].frame.contains(node) && !node.matches(".edit-handle"));
   const what = under && views[0].meant(under);
   return what && what.kind === "state" ? documentItem(views[0], what) : null;
 }
 
+/** Return the state at whose border a point is, from which a transition is drawn. */
+function stateAtBorder({ clientX, clientY }) {
+  for (const [dx, dy] of [[0, 0], [OUTSIDE, 0], [-OUTSIDE, 0], [0, OUTSIDE], [0, -OUTSIDE]]) {
+    const state = stateAt({ clientX: clientX + dx, clientY: clientY + dy });
+    const drawn = drawnItem(views[0], state);
+    if (!drawn) continue;
+    const { left, top, right, bottom } = views[0].nodes.get(`s${drawn.index}`)[0].getBoundingClientRect();
+    const border = Math.min(BORDER, (bottom - top) / 5, (right - left) / 5);
+    if (Math.min(clientX - left, right - clientX, clientY - top, bottom - clientY) < border) return state;
+  }
+  return null;
+}
+
+/** Draw the line of a drag from where it started; with no event, remove it and its marks. */
+function showDrag(event) {
+  const overlay = $("edit-overlay");
+  overlay.toggleAttribute("hidden", !event);
+  for (const node of views[0].frame.querySelectorAll(".edit-drop")) node.classList.remove("edit-drop");
+  views[0].frame.classList.toggle("edit-dragging", Boolean(event));
+  if (!event) return;
+  const to = stateAt(event);
+  const drawn = drawnItem(views[0], to);
+  if (drawn && to.id !== (drag.how === "move" ? drag.from.id : "")) for (const node of views[0].nodes.get(`s${drawn.index}`) || []) node.classList.add("edit-drop");
+  const [line] = overlay.children;
+  const { x: x1, y: y1 } = drag.fixed || drag;
+  for (const [name, value] of Object.entries({ x1, y1, x2: event.clientX, y2: event.clientY })) line.setAttribute(name, value);
+  line.toggleAttribute("hidden", drag.how === "move");
+}
+
 views[0].frame.addEventListener("pointerdown", (event) => {
   if (!isEditing || event.button !== 0 || !documentOf || !documentOf.read) return;
-  if (event.target.id === "edit-handle") {
-    drag = { how: "link", from: selected.id, x: event.clientX, y: event.clientY, group: event.target.parentNode };
+  const begin = { x: event.clientX, y: event.clientY, hash: documentOf.hash };
+  const { how } = event.target.dataset;
+  if (how && handles.includes(event.target)) {
+    const other = handles.find((each) => each !== event.target);
+    const box = other && other.getBoundingClientRect();
+    drag = { ...begin, how, from: selected, fixed: box && { x: box.left + box.width / 2, y: box.top + box.height / 2 } };
   } else {
-    const from = stateAt(event);
+    const border = stateAtBorder(event);
+    const from = border || stateAt(event);
     if (!from) return;
-    drag = { how: "move", from: from.id, x: event.clientX, y: event.clientY };
+    drag = { ...begin, how: border ? "link" : "move", from };
   }
   event.stopPropagation();
 }, true);
 
 window.addEventListener("pointermove", (event) => {
-  if (!drag) return;
+  if (!drag) {
+    if (isEditing && documentOf && documentOf.read && views[0].frame.contains(event.target)) views[0].frame.classList.toggle("edit-border", Boolean(stateAtBorder(event)));
+    return;
+  }
   if (!drag.isMoved && Math.hypot(event.clientX - drag.x, event.clientY - drag.y) < 8) return;
   drag.isMoved = true;
-  views[0].frame.classList.add("edit-dragging");
-  if (drag.how !== "link") return;
-  const [x, y] = pointIn(drag.group, event);
-  if (!drag.line) {
-    const [x1, y1] = pointIn(drag.group, { clientX: drag.x, clientY: drag.y });
-    drag.line = shape("line", { class: "edit-line", x1, y1, x2: x, y2: y });
-    drag.group.append(drag.line);
-  }
-  drag.line.setAttribute("x2", x);
-  drag.line.setAttribute("y2", y);
+  if (drag.how) showDrag(event);
 });
 
 window.addEventListener("pointerup", (event) => {
   const done = drag;
   drag = null;
-  if (!done) return;
-  if (done.line) done.line.remove();
-  views[0].frame.classList.remove("edit-dragging");
-  if (!done.isMoved) return;
+  if (!done || !done.isMoved) return;
+  showDrag(null);
   suppressClick = true;
   setTimeout(() => { suppressClick = false; });
-  const isHere = views[0].frame.contains(document.elementFromPoint(event.clientX, event.clientY));
-  const to = stateAt(event);
-  if (done.how === "link") {
-    if (to) addTransition(done.from, to.id);
-    return;
-  }
-  const state = stateOf(done.from);
-  if (!isHere || !state || state.refines || (to && (to.id === done.from || inside(done.from).includes(to.id)))) return;
-  const parent = to ? to.id : "";
-  if (parent !== (state.parent || "")) edit([{ op: "MoveState", state: done.from, parent }], () => { selected = { kind: "state", id: done.from }; });
+  if (views[0].frame.contains(document.elementFromPoint(event.clientX, event.clientY))) dropped(done, stateAt(event));
 });
+
+/** Do what a drag to a state, or to the paper (null), means; it is for the text in which it started. */
+function dropped({ how, from, hash }, to) {
+  const { id, source, index } = from;
+  if (how === "link") { if (to) addTransition(id, to.id, hash); }
+  if (how === "target" && to) edit([{ op: "SetTarget", source, index, targets: [to.id] }], () => select(from), hash);
+  if (how === "source" && to && to.id !== source) {
+    const one = itemOf(from);
+    edit([{ op: "SetSource", source, index, new: to.id }], () => select(transitionLike(to.id, one) || to), hash);
+  }
+  if (how !== "move") return;
+  const state = stateOf(id);
+  if (!state || state.refines || (to && (to.id === id || inside(id).includes(to.id)))) return;
+  const parent = to ? to.id : "";
+  if (parent !== (state.parent || "")) edit([{ op: "MoveState", state: id, parent }], () => { selected = { kind: "state", id }; }, hash);
+}
 
 let suppressClick = false; // after a drag
 views[0].frame.addEventListener("click", (event) => { if (isEditing && suppressClick) event.stopPropagation(); }, true);
@@ -625,7 +680,7 @@ views[0].frame.addEventListener("dblclick", (event) => {
 function setMode(toEdit) {
   isEditing = toEdit;
   if (toEdit && ["running", "following"].includes(session.mode.mode)) say("pause");
-  if (!toEdit) { chosen = null; showChosen(); for (const [node, name] of marked) node.classList.remove(name); marked = []; showHandle(null); }
+  if (!toEdit) { chosen = null; showChosen(); for (const [node, name] of marked) node.classList.remove(name); marked = []; showHandles(views[0], null); }
   views[0].look.setFollowing(!toEdit);
   showEditor();
   repaint();
@@ -659,6 +714,7 @@ document.addEventListener("keydown", (event) => {
     if (key === "y" || (key === "z" && event.shiftKey)) { event.preventDefault(); redo(); }
     return;
   }
+  if (drag && event.key === "Escape") { drag.how = ""; showDrag(null); return; }
   if (!isEditing || event.ctrlKey || event.metaKey || event.altKey || $("keys").open) return;
   if (isInput || event.key === "Tab" || event.key === "Escape") return;
   if (event.target.matches("select") && (event.target.id !== "edit-item" || /^(Arrow| |Home|End)/.test(event.key))) return;
@@ -691,7 +747,7 @@ document.addEventListener("keydown", (event) => {
     make("details", { id: "edit-problems", class: "panel", open: true, hidden: true }, make("summary", {}, make("h2", {}, "Findings")), make("ul", { id: "edit-findings", class: "edit-list" })),
     make("details", { id: "edit-source", class: "panel" }, make("summary", {}, make("h2", {}, "Text")), make("pre", { id: "edit-text", tabindex: "0", role: "group", "aria-label": "Text of the file" }))));
   $("edit").before(make("div", { id: "edit-verdicts", class: "bar", role: "group", "aria-label": "Verdicts of check" }));
-  document.body.append(make("datalist", { id: "edit-events" }));
+  document.body.append(make("datalist", { id: "edit-events" }), shape("svg", { id: "edit-overlay", "aria-hidden": "true", hidden: true }, shape("line", { class: "edit-line" })));
   $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
   const help = $("keys").querySelector("dl");
   help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["↑ ↓", "select the item before, after"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));

@@ -53,7 +53,7 @@ EDITING = ("edit", "undo", "redo", "tidy", "trace")
 VALID = ("post", "set", "returns", "change", "run", "step")
 """Commands that need a chart without errors."""
 NOTHING = "chart: Chart\nstates: {none: {}}\n"
-"""What is drawn of a chart without states: the page hides it."""
+"""The drawn chart of a file without states; the page hides it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +183,7 @@ class EditHub(Hub):
             fields = {}
         name = fields.get("do") if isinstance(fields, dict) else None
         if name == "chart" and fields.get("chart") not in self.view.course.encoder.hashes:
-            # the client asked for a chart that was edited meanwhile
+            # the client requested a chart that was edited meanwhile
             self.view.clients[client].send(to_json(Done(re=id_of(text), result=None)))
             return
         if name not in EDITING and (self.is_valid or name not in VALID):

@@ -81,3 +81,50 @@ def test_a_counterexample_is_stepped_in_the_drawing(browser: Browser, tmp_path: 
         check(editor)
         page.wait_for_selector(".edit-chip.holds:has-text('never_c')")
         editor.hub.show_verdicts([])
+
+
+def test_arrows_are_drawn_and_their_ends_are_dragged(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "g.yaml"
+    text = "chart: G\nevents: {in: [go]}\nstates:\n  a: {on: {go: b}}  # one\n  b: {}\n  c: {}\n"
+    path.write_text(text)
+    with editing(browser, path) as editor:
+        page = editor.page
+
+        def handle(end: str) -> tuple[float, float]:
+            """Return where the handle of an end of the selected transition is."""
+            page.wait_for_selector(f"#edit-end-{end}")
+            box = page.locator(f"#edit-end-{end}").bounding_box()
+            assert box is not None
+            return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+        def written(line: str) -> None:
+            page.wait_for_function("line => documentOf.text.includes(line)", arg=line)
+            editor.edited()
+            editor.settled()
+
+        editor.settled()
+        page.select_option("#edit-item", label="a: go → b")
+        page.mouse.move(*handle("target"))
+        page.mouse.down()
+        page.mouse.move(*editor.middle("c"))
+        page.wait_for_selector("#drawing .edit-drop")
+        editor.picture("drag-target")
+        page.keyboard.press("Escape")
+        page.mouse.up()
+        assert path.read_text() == text
+        editor.drag(handle("target"), editor.middle("c"))
+        written("a: {on: {go: c}}  # one")
+        assert page.evaluate("selected") == {"kind": "transition", "source": "a", "index": 0}
+        editor.drag(handle("source"), editor.middle("b"))
+        written("b:\n    on: {go: c}")
+        assert page.evaluate("selected") == {"kind": "transition", "source": "b", "index": 0}
+        editor.drag(handle("target"), editor.middle("b"))
+        written("b:\n    on: {go: b}")
+        editor.drag(handle("target"), editor.middle("a"))
+        written("b:\n    on: {go: a}")
+        box = editor.box("c")
+        editor.drag((box["x"] + 2, box["y"] + box["height"] / 2), editor.middle("a"))
+        editor.type_in_place("after 5s")
+        written("c:\n    after: {5s: a}")
+        editor.picture("drawn")
+        assert "# one" in path.read_text()
