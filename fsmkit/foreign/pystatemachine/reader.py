@@ -34,6 +34,8 @@ from fsmkit.language.statements.tree import Block
 
 MODULE = "statemachine.statemachine"
 DONE = re.compile(r"done[._]state[._](.+)")
+END = "end"
+"""The rewriting of a completed top-level parallel state into a final state."""
 DEEPEST = 60
 """Levels of states; charts have at most 100."""
 
@@ -100,6 +102,7 @@ class _Reader:
         self.states = list(_below(self.machine.states))
         for state in self.states:
             self.names[id(state)] = namer.name(state.id, "_state")
+        self.end = namer.name("ended", "_state")
         self.event_namer = Namer(RESERVED)
         self.is_flat = all(not state.states and not state.history for state in self.states)
         for state in self.states:
@@ -133,6 +136,9 @@ class _Reader:
             content=self._calls(start.enter) or None if self.is_inlined else None,
         )
         children = tuple(self._state(state, 0) for state in machine.states)
+        if any(map(self._is_ending, machine.states)):
+            self.recorder.rewrite(END, span, self.end)
+            children += (DocState(listing.text(self.end, machine), Kind.FINAL, span),)
         root = DocState(None, Kind.COMPOUND, span, initial=initial, children=children)
         return Document(
             listing.source,
@@ -158,9 +164,104 @@ class _Reader:
                              "let it send an event")  # fmt: skip
             if state.parallel:
                 self._check_order(state)
-                if state.parent is None and _can_complete(state):
-                    self._reject("the machine ends when this parallel state is done", state,
-                                 "put it into a compound state")  # fmt: skip
+                self._check_ties(state)
+                if self._is_ending(state):
+                    self._check_end(state)
+
+    def _check_ties(self, state: Any) -> None:
+        """Report transitions of different regions whose order depends on the history of the run.
+
+        The library tries active states in the order in which they were entered. That order decides
+        if one event enables transitions of two regions, and both call something or one leaves its
+        region.
+        """
+        around = (state, *state.ancestors())
+        outer = [t for one in around for t in one.transitions if not t.targets]
+        calling = {e for t in outer if self._is_calling(t) for e in _triggers(t)}
+        targeted: set[str] = set()
+        leaving: set[str] = set()
+        for region in state.states:
+            own: list[set[str]] = [set(), set(), set()]
+            for transition in (
+                t for one in (region, *_below(region.states)) for t in one.transitions
+            ):
+                if transition.initial:
+                    continue
+                events = {*_triggers(transition)}
+                calls, leaves = self._is_calling(transition), self._is_leaving(transition, state)
+                ties = (calling if calls else set()) | (targeted if leaves else set())
+                if events & (ties | (leaving if transition.targets else set())):
+                    self._reject("transitions of two regions are enabled together, and the order "
+                                 "in which the library takes them depends on the run", transition,
+                                 f"call something, or leave `{state.id}`, in one of them only",
+                                 )  # fmt: skip
+                    return
+                for found, kind in zip(own, (calls, transition.targets, leaves), strict=True):
+                    found.update(events if kind else ())
+            calling, targeted, leaving = calling | own[0], targeted | own[1], leaving | own[2]
+
+    def _is_calling(self, transition: Any) -> bool:
+        return any(map(self._found, (transition.before, transition.on, transition.after)))
+
+    def _is_leaving(self, transition: Any, parallel: Any) -> bool:
+        """Return whether a transition in a region leaves the region or the parallel state."""
+        around = self._around(transition)
+        is_inside = around is not None and around.is_descendant(parallel)
+        return bool(transition.targets) and not is_inside
+
+    def _check_end(self, state: Any) -> None:
+        """Report a top-level parallel state whose completion ends the machine in another way.
+
+        The library stops without leaving the state; a chart leaves it for a final state.
+        """
+        if any(self._found(one.exit) for one in (state, *_ends(state))):
+            self._reject("the machine ends in this parallel state, and the library does not call "
+                         "`on_exit` then", state, "put it into a compound state")  # fmt: skip
+        handlers = [t for one in self.states for t in one.transitions if _handles_done(t, state)]
+        if any(one.source is not state or one.internal or not one.targets for one in handlers):
+            self._reject("the machine ends when this parallel state is done, but a transition "
+                         "handles that and stays", state, "let the transition leave the state",
+                         )  # fmt: skip
+
+    def _is_ending(self, state: Any) -> bool:
+        """Return whether a top-level state ends the machine: a parallel one, when it is done.
+
+        A transition without a condition that leaves it then prevents that.
+        """
+        return (
+            state.parallel
+            and state.parent is None
+            and _can_complete(state)
+            and not any(
+                _handles_done(one, state)
+                and not (self._found(one.cond) or one.internal)
+                and one.targets
+                for one in state.transitions
+            )
+        )
+
+    def _end(self, state: Any) -> DocTransition:
+        """Return the transition of a completed top-level parallel state to the end."""
+        span = self.listing.span(state)
+        return DocTransition(
+            Trigger.EVENT,
+            span,
+            events=(Text(f"done.state.{self.names[id(state)]}", span, ()),),
+            guard=Text(self._completed(state), span, ()),
+            targets=(Text(self.end, span, ()),),
+            ordered=True,
+        )
+
+    def _completed(self, state: Any) -> str:
+        """Return the condition that each region of a parallel state is in a final state."""
+        return " and ".join(
+            self._completed(region)
+            if region.parallel
+            else "(" + " or ".join(
+                f"In({self.names[id(one)]})" for one in region.states if one.final
+            ) + ")"
+            for region in state.states
+        )  # fmt: skip
 
     def _check_order(self, state: Any) -> None:
         """Report regions that the library enters and leaves in no order of the document."""
@@ -208,6 +309,8 @@ class _Reader:
         transitions = tuple(
             step for t in state.transitions if not t.initial for step in self._steps(state, t)
         )
+        if self._is_ending(state):
+            transitions += (self._end(state),)
         entry = () if self.is_inlined else self._calls(state.enter)
         leave = () if self.is_inlined or is_end else self._calls(state.exit)
         return DocState(
@@ -298,7 +401,7 @@ class _Reader:
             Trigger.EVENTLESS if event is None else Trigger.EVENT,
             at,
             events=() if event is None else (Text(name, at, ()),),
-            guard=self._guard(transition),
+            guard=self._guard(transition, event),
             targets=targets,
             internal=is_internal,
             content=(*before, *leave, *on, *enter, *after) or None,
@@ -308,7 +411,11 @@ class _Reader:
     def _stay(self, state: Any, transition: Any) -> tuple[Text, ...]:
         """Return the targets of an internal transition to its own source."""
         is_entered = self.machine.enable_self_transition_entries
-        if state.states or (is_entered and self._found(state.enter)):
+        around = list(state.ancestors())
+        if any(one.parallel for one in around):
+            self._reject("the library enters the other regions again", transition,
+                         "remove `internal`, or the target")  # fmt: skip
+        elif state.states or (is_entered and any(self._found(s.enter) for s in (state, *around))):
             self._reject("the library enters the state again without leaving it", transition,
                          "remove `internal`, or the callbacks on entry")  # fmt: skip
         return ()
@@ -378,15 +485,42 @@ class _Reader:
             found += self.operations.action(Text(_plain(spec.attr_name), self._at(), ()))
         return tuple(found)
 
-    def _guard(self, transition: Any) -> Text | None:
-        parts = []
-        if self._found(transition.validators):
-            self._reject("validators reject an event by an exception", transition, "use `cond`")
+    def _guard(self, transition: Any, event: str | None) -> Text | None:
+        parts = self._validated(transition, event)
         for spec in transition.cond:
             text = self._condition(str(spec.attr_name), transition)
             parts.append(text if spec.expected_value is not False else f"not {text}")
         at = self.listing.span(transition)
         return Text(" and ".join(parts), at, ()) if parts else None
+
+    def _validated(self, transition: Any, event: str | None) -> list[str]:
+        """Return the conditions that no validator rejects an event before a transition is taken.
+
+        A validator of a transition rejects the event for the transitions after it, too.
+        """
+        source = transition.source
+        together = [one for one in source.transitions if event in [*map(str, one.events)]]
+        tried = [*together[: together.index(transition)], transition] if event else [transition]
+        validators = [(one, spec) for one in tried for spec in self._found(one.validators)]
+        if not validators:
+            return []
+        around = list(source.ancestors())
+        handlers = (one for outer in around for one in outer.transitions)
+        if event is None or event.startswith(("done.", "done_", "error.", "error_")):
+            self._reject("validators reject an event of the machine itself", transition,
+                         "use `cond`")  # fmt: skip
+        elif any(one.parallel for one in around) or any(
+            event in [*map(str, one.events)] for one in handlers
+        ):
+            self._reject(f"validators reject `{event}` for regions or for outer states, too",
+                         transition, "use `cond`")  # fmt: skip
+        else:
+            self.recorder.differ(
+                "a validator that rejects an event raises an exception; in the chart its operation "
+                "returns `false`, and the event has no effect",
+                self.listing.span(transition), self.findings,
+            )  # fmt: skip
+        return [self._query(str(found.meta.attr_name), one) for one, found in validators]
 
     def _condition(self, text: str, transition: Any) -> str:
         """Return a condition: names are operations, and so is what is no Boolean expression."""
@@ -428,9 +562,30 @@ def _below(states: Iterable[Any]) -> Iterator[Any]:
         waiting.extend(reversed([*state.states, *state.history]))
 
 
+def _handles_done(transition: Any, state: Any) -> bool:
+    """Return whether a transition has the event that a state is done."""
+    found = (DONE.fullmatch(str(event)) for event in transition.events)
+    return any(each is not None and each[1] == state.id for each in found)
+
+
+def _triggers(transition: Any) -> Iterator[str]:
+    """Yield the events of a transition; an empty one if it has none."""
+    yield from ("",) if transition.is_eventless else map(str, transition.events)
+
+
 def _can_complete(state: Any) -> bool:
-    """Return whether each region of a parallel state has a final state."""
-    return all(any(child.final for child in region.states) for region in state.states)
+    """Return whether each region of a parallel state can be in a final state."""
+    return all(
+        _can_complete(region) if region.parallel else any(one.final for one in region.states)
+        for region in state.states
+    )
+
+
+def _ends(state: Any) -> Iterator[Any]:
+    """Yield the states below a parallel state that are active when all its regions are done."""
+    for region in state.states:
+        yield region
+        yield from _ends(region) if region.parallel else (s for s in region.states if s.final)
 
 
 def _plain(name: str) -> str:

@@ -13,9 +13,16 @@ SUFFIX = "_self"
 
 
 def resting_composites(document: Document, recorder: Recorder) -> Document:
-    """Give each targeted composite state without an initial state a leaf to rest in."""
+    """Give each targeted composite state without an initial state a leaf to rest in.
+
+    A transition to a shallow history targets each state that the history may record.
+    """
     tree = Tree(document)
     targets, namer = tree.targets(), tree.namer()
+    for name, state in tree.states.items():
+        if state.kind is Kind.SHALLOW_HISTORY and name in targets and name in tree.parent:
+            recorded = tree.states[tree.parent[name]].children
+            targets |= {one.id.value for one in recorded if one.id is not None}
 
     def change(state: DocState) -> DocState:
         if state.id is None or state.initial is not None or not is_composite(state):

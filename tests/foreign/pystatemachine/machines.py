@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from statemachine import HistoryState, State, StateChart
@@ -17,6 +19,13 @@ from fsmkit.foreign.pystatemachine.reader import import_object
 
 EVENTS = ("a", "b", "c")
 CONDITIONS = ("c0", "c1", "c2", "c0 and !c1", "c1 or not c2")
+
+
+VALIDATORS = ("v0", "v1")
+
+
+class RejectedError(Exception):
+    """A validator rejects an event."""
 
 
 @dataclass
@@ -57,6 +66,12 @@ class _Author:
     def __init__(self, choices: Choices) -> None:
         self.choices = choices
         self.states: list[State] = []
+        self.chain: list[tuple[State, State]] = []
+        """Sources and targets of transitions that exist in any case."""
+        self.regions: dict[str, list[State]] = {}
+        """Top-level regions whose transitions stay inside."""
+        self.quiet: set[int] = set()
+        """States whose transitions call nothing."""
         self.count = 0
         self.callbacks: set[str] = set()
         self.depth = choices.pick((0, 0, 1, 2))
@@ -64,23 +79,31 @@ class _Author:
 
     def machine(self) -> type[StateChart[Any]]:
         """Return a class of machines."""
-        top = self._level(self.depth)
+        is_parallel = self.choices.chance(20)
+        top = [self._parallel()] if is_parallel else self._level(self.depth)
         namespace: dict[str, Any] = {state.name: state for state in top}
-        for event in EVENTS:
-            found: Any = None
-            for _ in range(self.choices.integer(1, 4)):
-                one = self._transition()
-                found = one if found is None else found | one
-            namespace[event] = found
-        if self.choices.chance(30):
+        steps: dict[str, list[Any]] = {event: [] for event in EVENTS}
+        for source, target in self.chain:
+            step = self._between(source, target, eventless=False)
+            steps[self.choices.pick(EVENTS)].append(step)
+        for found in steps.values():
+            fewest = 0 if found else 1
+            found += [self._transition() for _ in range(self.choices.integer(fewest, 4))]
+        for event, found in steps.items():
+            namespace[event] = found[0]
+            for step in found[1:]:
+                namespace[event] = namespace[event] | step
+        if self.choices.chance(30) and not self.quiet:
             self._transition(eventless=True)
         for name in ("on_transition", "before_transition", "after_transition", "before_a"):
-            if self.choices.chance(15):
+            if self.choices.chance(15) and not self.quiet:
                 self.callbacks.add(name)
         for name in self.callbacks:
             namespace[name] = _callback(name)
         for name in ("c0", "c1", "c2"):
             namespace[name] = _condition(name)
+        for name in VALIDATORS:
+            namespace[name] = _validator(name)
         flags = ("enable_self_transition_entries", "atomic_configuration_update")
         for flag in flags:
             namespace[flag] = self.choices.chance(70)
@@ -88,6 +111,31 @@ class _Author:
         kind: Any = type(StateChart)
         created: type[StateChart[Any]] = kind("Machine", (StateChart,), namespace)
         return created
+
+    def _parallel(self) -> State:
+        """Return a top-level parallel state with regions that have final states."""
+        regions = []
+        share = self.share
+        is_quiet = self.choices.chance(80)
+        for number in range(2):
+            before = len(self.states)
+            self.share = 0 if is_quiet and number else share
+            inner = self._level(self.choices.pick((0, 0, 1)))
+            end = State(f"end{number}", final=True)
+            end._set_id(f"end{number}")
+            region = State(f"r{number}", states=[*inner, end])
+            region._set_id(f"r{number}")
+            self.states += [end, region]
+            self.chain += pairwise([*inner, end])
+            if is_quiet:
+                self.regions[region.name] = [*inner, end]
+                self.quiet.update(id(one) for one in self.states[before:] if number)
+            regions.append(region)
+        self.share = share
+        found = State("all", states=regions, parallel=True, initial=True)
+        found._set_id("all")
+        self.states.append(found)
+        return found
 
     def _level(self, depth: int) -> list[State]:
         found: list[State] = []
@@ -119,21 +167,30 @@ class _Author:
         return self.choices.pick(("shallow", "deep"))
 
     def _transition(self, *, eventless: bool = False) -> Any:
-        sources = [state for state in self.states if not state.final]
-        source = self.choices.pick(sources)
+        sources = [state for state in self.states if not state.final and state.name != "all"]
+        inside = [state for region in self.regions.values() for state in region]
+        source = self.choices.pick([one for one in sources if one in inside] or sources)
         histories = [h for state in self.states for h in state.history]
         target = self.choices.pick([*self.states, *histories])
-        options: dict[str, Any] = {}
+        if self.regions and not eventless:
+            target = self.choices.pick(next(r for r in self.regions.values() if source in r))
         if eventless:
-            options["cond"] = self.choices.pick(CONDITIONS)
             target = self.states[-1]
             outside = [s for s in sources if s is not target and not target.is_descendant(s)]
             source = self.choices.pick(outside or sources[:1])
+        return self._between(source, target, eventless=eventless)
+
+    def _between(self, source: State, target: State, *, eventless: bool) -> Any:
+        options: dict[str, Any] = {}
+        if eventless:
+            options["cond"] = self.choices.pick(CONDITIONS)
         elif self.choices.chance(40):
             options[self.choices.pick(("cond", "unless"))] = self.choices.pick(CONDITIONS[:3])
             if self.choices.chance(40):
                 options["cond"] = self.choices.pick(CONDITIONS)
-        for key in ("before", "on", "after"):
+        if self.choices.chance(8) and not eventless:
+            options["validators"] = self.choices.pick(VALIDATORS)
+        for key in () if id(source) in self.quiet else ("before", "on", "after"):
             if self.choices.chance(self.share // 2 if key == "on" else 10):
                 options[key] = self._named(f"{key}_{source.name}")
         if self.choices.chance(10) and not eventless:
@@ -157,6 +214,15 @@ def _condition(name: str) -> Any:
     def call(self: Any) -> bool:
         found: bool = self.model.answer(name)
         return found
+
+    call.__name__ = name
+    return call
+
+
+def _validator(name: str) -> Any:
+    def call(self: Any) -> None:
+        if not self.model.answer(name):
+            raise RejectedError
 
     call.__name__ = name
     return call
@@ -203,7 +269,8 @@ def _run_library(kind: type[StateChart[Any]], script: list[str]) -> Iterator[lis
     yield [*model.lines, _active(machine)]
     for event in script:
         model.lines = []
-        machine.send(event)
+        with suppress(RejectedError):
+            machine.send(event)
         yield [*model.lines, _active(machine)]
 
 

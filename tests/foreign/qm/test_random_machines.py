@@ -22,3 +22,8 @@ def test_the_chart_does_what_qp_does(machines: int) -> None:
         assert difference is None
         used += Counter(one.rule for one in rewritten)
     assert all(used[rule] >= machines / 2 for rule in ("R1", "R2", "R3")), used
+
+
+def test_a_history_restores_a_composite_that_rests() -> None:
+    """In this model a shallow history records a state that was active without a child."""
+    assert comparison(613)[0] is None
