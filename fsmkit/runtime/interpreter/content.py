@@ -151,7 +151,7 @@ def deliver(g: Globals, occurrence: snap.Occurrence, how: stmt.Send | snap.Delay
             g.effects.append(snap.Raised(occurrence))
             g.enqueue_internal(occurrence)
         case stmt.Destination.PORT:
-            g.effects.append(snap.Emitted(occurrence, how.peer))
+            g.emit(occurrence, how.peer)
         case stmt.Destination.INVOKER:
             g.enqueue_at_invoker(occurrence)
         case stmt.Destination.INVOKED:

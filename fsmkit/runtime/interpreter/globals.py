@@ -63,6 +63,11 @@ class Globals:
         accept_posts = getattr(host, "accept_posts", None)
         if accept_posts is not None:
             accept_posts(chart, self.post)
+        accept_view = getattr(host, "accept_view", None)
+        if accept_view is not None:
+            accept_view(chart, self.freeze)
+        self.notify_emission: Callable[[Chart, snap.Occurrence], None] | None
+        self.notify_emission = getattr(host, "emitted", None)
 
     def freeze(self) -> snap.Snapshot:
         """Return the machine as it is now."""
@@ -124,6 +129,12 @@ class Globals:
             self.queue.append(occurrence)
         self.effects.append(snap.Posted(occurrence, fits))
         return fits
+
+    def emit(self, occurrence: snap.Occurrence, peer: str | None) -> None:
+        """Let an event leave the machine by its port; a host may want to know at once."""
+        if self.notify_emission is not None:
+            self.notify_emission(self.chart, occurrence)
+        self.effects.append(snap.Emitted(occurrence, peer))
 
     def enqueue_at_invoker(self, occurrence: snap.Occurrence) -> None:
         """Send to the machine that invoked this one; nothing any more when that cancels it."""

@@ -158,7 +158,9 @@ def step_timer(
         case snap.Delayed(destination=Destination.INVOKED | Destination.INVOKER):
             return _step_passing(chart, before, timer.what, host, room)
         case snap.Delayed(occurrence, Destination.PORT, _, peer):
-            return _port_macrostep(before, timer.what, before, snap.Emitted(occurrence, peer))
+            g = Globals(chart, before, host, room)
+            g.emit(occurrence, peer)
+            return _port_macrostep(before, timer.what, g.freeze(), *g.effects)
         case snap.Delayed(occurrence):
             if not has_room(chart, before):
                 return _port_macrostep(before, timer.what, before, snap.Overflowed("queue"))

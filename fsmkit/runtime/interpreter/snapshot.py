@@ -359,7 +359,9 @@ class Host(Protocol):
     """The environment of a machine that a step needs: its operations.
 
     A host whose operations post events also has a method ``accept_posts(chart, post)``. Each step
-    calls it with the chart of the machine, or of an invoked machine, and a `Post`.
+    calls it with the chart of the machine, or of an invoked machine, and a `Post`. A host that
+    looks at the machine during a call has a method ``accept_view(chart, view)``, where ``view()``
+    returns the machine as it is. Its method ``emitted(chart, occurrence)`` takes what leaves.
     """
 
     def call(self, operation: str, arguments: tuple[Value, ...]) -> Value | None:

@@ -354,6 +354,8 @@ def _emulate(
         )
     records = emulator.records()
     for place, step in enumerate(packet.steps):
+        if not step.is_measured:
+            continue
         maximum = found.maxima.get(step.name)
         if maximum is None:
             maximum = found.maxima[step.name] = Maximum(state=number)

@@ -7,6 +7,7 @@ uint32_t certify_request_size;
 uint32_t certify_answered;
 uint32_t certify_answer_size;
 volatile uint8_t certify_active;
+uint8_t certify_manner;
 
 static uint32_t at;
 static uint32_t trace_size;
@@ -159,6 +160,7 @@ void certify_main(void)
         end += at;
         action = certify_take8();
         now = certify_take32();
+        certify_manner = certify_take8();
         certify_prepare();
         returned = certify_perform(action, now);
         store32(start, trace_size);
@@ -170,7 +172,7 @@ void certify_main(void)
         for (certify_answer_size += certify_machine_size; certify_answer_size % 4u != 0u; certify_answer_size++) {
             certify_answers[certify_answer_size] = 0u;
         }
-        certify_after(now);
+        certify_after(action == CERTIFY_REBASE ? 0u : now);
         at = end;
         certify_answered = at;
     }

@@ -10,8 +10,12 @@
 
 #include "fsm.h"
 
-enum { CERTIFY_START, CERTIFY_DISPATCH, CERTIFY_POST, CERTIFY_RUN, CERTIFY_OBSERVE };
+enum { CERTIFY_START, CERTIFY_DISPATCH, CERTIFY_POST, CERTIFY_RUN, CERTIFY_OBSERVE, CERTIFY_REBASE };
 enum { CERTIFY_CALLED = 1, CERTIFY_SENT = 2 };
+
+/* What the host does whenever the machine calls it: look at the machine, post events, call the functions
+ * that a step excludes. With full counters the machine has counted almost as much as it can. */
+enum { CERTIFY_LOOKING = 1, CERTIFY_POSTING = 2, CERTIFY_NESTING = 4, CERTIFY_FULL = 8 };
 
 #ifndef CERTIFY_REQUEST_BYTES
 #define CERTIFY_REQUEST_BYTES 0x40000u
@@ -24,11 +28,21 @@ extern uint8_t certify_answers[CERTIFY_ANSWER_BYTES];
 extern uint32_t certify_request_size; /* bytes of all requests */
 extern uint32_t certify_answered;     /* bytes of the requests that have been answered */
 extern uint32_t certify_answer_size;
+extern uint8_t certify_manner; /* of the current request */
 
 /* 1 while the machine's own code runs: what happens then is counted. 2: it has called its host. */
 extern volatile uint8_t certify_active;
 extern uint8_t certify_leave(void); /* for functions of the host: nothing counts until `certify_enter` */
 extern void certify_enter(uint8_t active);
+
+/* Like `CERTIFY`, but nothing counts while the machine waits for its host. */
+#define CERTIFY_LOOK(call)                                                                         \
+    do {                                                                                           \
+        const uint8_t active_ = certify_active;                                                    \
+        certify_active = (uint8_t)(active_ != 0u ? 2u : 1u);                                       \
+        call;                                                                                      \
+        certify_active = active_;                                                                  \
+    } while (0)
 
 #define CERTIFY_ALIGNED __attribute__((aligned(8)))
 
@@ -61,7 +75,7 @@ void certify_copy(void *to, const void *from, uint32_t size); /* both lie at mul
 extern const uint32_t certify_machine_size;
 void *certify_state(void);   /* from which all requests start */
 void *certify_machine(void); /* the one that a request changes */
-void certify_prepare(void);  /* copies the state, and takes the inputs */
+void certify_prepare(void);  /* copies the state, takes the inputs and what the manner needs */
 uint32_t certify_perform(uint8_t action, uint32_t now); /* returns what the functions returned */
 void certify_after(uint32_t now);                       /* on this computer only: saves the machine */
 

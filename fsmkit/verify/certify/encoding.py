@@ -94,29 +94,38 @@ class Machine:
         payload = self._events[occurrence.event].encode(occurrence.payload)
         return struct.pack("<H", occurrence.event + 1) + payload
 
-    def trace(self, done: Sequence[snap.Macrostep]) -> tuple[bytes, bytes]:
-        """Return the calls and outgoing events of macrosteps, and the results of the calls."""
-        trace, results = bytearray(), bytearray()
+    def trace(
+        self, done: Sequence[snap.Macrostep], reports: Sequence[bytes] = ()
+    ) -> tuple[bytes, bytes]:
+        """Return the calls and outgoing events of macrosteps, and the results of the calls.
+
+        ``reports``: what the host reported during each call, in their order.
+        """
+        trace, results, rest = bytearray(), bytearray(), iter(reports)
         for macrostep in done:
             for effect in macrostep.effects:
-                self._add(effect, trace, results)
+                self._add(effect, trace, results, rest)
         return bytes(trace), bytes(results)
 
-    def _add(self, effect: snap.Effect, trace: bytearray, results: bytearray) -> None:
+    def _add(
+        self, effect: snap.Effect, trace: bytearray, results: bytearray, reports: Iterator[bytes]
+    ) -> None:
         match effect:
             case snap.Called(operation, arguments, result):
                 number, values = self._operations[operation]
                 trace += struct.pack("<BBBH", CALLED, self.number, 1, number)
                 trace += values.encode(arguments)
+                trace += next(reports, b"")
                 if result is not None:
                     results += self._results[operation].encode((result,))
             case snap.Emitted(occurrence) if effect.is_leaving and occurrence.event in self._sent:
                 trace += struct.pack("<BBBH", SENT, self.number, 1, occurrence.event)
                 trace += self._events[occurrence.event].encode(occurrence.payload)
+                trace += next(reports, b"")
             case snap.InvokedMacrostep(invocation, macrostep):
                 inner = self.inner[invocation]
                 for each in macrostep.effects:
-                    inner._add(each, trace, results)  # noqa: SLF001
+                    inner._add(each, trace, results, reports)  # noqa: SLF001
             case _:
                 pass
 

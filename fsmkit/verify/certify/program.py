@@ -16,13 +16,20 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.codegen.c.options import Options
 from fsmkit.codegen.c.storage import storage
 from fsmkit.emit import Emitter, printing
-from fsmkit.plan.image import code
+from fsmkit.plan.image import code, scalars
 
 OWN = "certify_own_"
 """The prefix of the driver's functions that replace those of a firmware's host."""
-OPTIONAL = ("dispatch", "post", "run", "active", "finished", "fault", "next_deadline")
+OPTIONAL = (
+    "dispatch", "post", "run", "active", "finished", "fault", "next_deadline", "in", "rebase",
+    "post_by_name", "step_event", "step_eventless", "step_timer",
+)  # fmt: skip
 """Functions of a machine that a firmware may lack: its linker removes those that nothing calls."""
 FOLDER = Path(__file__).parent
+ALMOST_FULL = 65534
+"""The value of counters at the start of a step with full counters: one below their maximum."""
+MOST_SEEN = 8192
+"""The bytes of the trace of a step for what the host sees during calls: half of a trace."""
 SIZES = {"b": 8, "h": 16, "i": 32, "q": 64}
 """The bits of the codes of `struct` for integers, in lower case."""
 
@@ -102,11 +109,15 @@ def driver(names: Names) -> str:
             f"static {p} fsm_machine CERTIFY_ALIGNED;",
             f"static {p} fsm_state CERTIFY_ALIGNED;",
             f"static {p}_event fsm_event;",
+            f"static {p}_event fsm_posted;",
+            "static uint8_t fsm_posts, fsm_posts_left;",
+            "static uint16_t fsm_looks_left;",
         ]
     )
     out.lines(["#ifdef CERTIFY_HOST", f"static {p} fsm_given;", "#endif"])
     leaves = max(1, sum(state.is_leaf for state in names.chart.states))
-    out.lines([f"static {p}_state fsm_seen[{leaves}];", "static uint32_t fsm_deadline;", ""])
+    out.line(f"static {p}_state fsm_seen[{leaves}];")
+    out.lines(["static uint32_t fsm_deadline, fsm_now;", ""])
     out.text(f"""
     const uint32_t certify_machine_size = (uint32_t)sizeof({p});
 
@@ -120,8 +131,10 @@ def driver(names: Names) -> str:
         return &fsm_machine;
     }}
     """)
-    _prepare(out, names)
     _read_event(out, names)
+    _prepare(out, names)
+    _look(out, names)
+    _call_back(out, names)
     _host_functions(out, names)
     _perform(out, names)
     _saving(out, names)
@@ -141,25 +154,156 @@ def _prepare(out: Emitter, names: Names) -> None:
         out.line("certify_copy(&fsm_machine, &fsm_state, (uint32_t)sizeof fsm_machine);")
         for declared in names.chart.inputs:
             _take(out, f"fsm_machine.{names.variables[declared.name]}", declared.type, names)
+        out.line(f"fsm_looks_left = {looks(names)}u;")
+        if names.does.counted:
+            with out.block("if ((certify_manner & CERTIFY_FULL) != 0u) {"):
+                out.line(f"fsm_machine.fsm.unhandled = {ALMOST_FULL}u;")
+                if names.does.queued:
+                    out.line(f"fsm_machine.fsm.rejected = {ALMOST_FULL}u;")
+        with out.block("if ((certify_manner & (CERTIFY_POSTING | CERTIFY_NESTING)) != 0u) {"):
+            out.lines(["fsm_posts = certify_take8();", "fsm_posts_left = certify_take8();"])
+            out.line("fsm_read_event(&fsm_posted);")
         out.lines(["#ifdef CERTIFY_HOST", "fsm_given = fsm_machine;", "#endif"])
 
 
 def _read_event(out: Emitter, names: Names) -> None:
-    out.lines(["", "static void fsm_read_event(void)"])
+    out.lines(["", f"static void fsm_read_event({names.prefix}_event *e)"])
     with out.block("{"):
-        out.line("fsm_clear(&fsm_event, sizeof fsm_event);")
-        out.line("fsm_event.event = certify_take16();")
-        with out.block("switch (fsm_event.event) {"):
+        out.line("fsm_clear(e, sizeof *e);")
+        out.line("e->event = certify_take16();")
+        with out.block("switch (e->event) {"):
             for index in posted_events(names.chart):
                 event = names.chart.events[index]
                 if not event.fields:
                     continue
                 out.line(f"case {index + 1}u:")
                 for part in event.fields:
-                    place = f"fsm_event.of.{names.payloads[index]}.{names.field(part.name)}"
+                    place = f"e->of.{names.payloads[index]}.{names.field(part.name)}"
                     _take(out, place, part.type, names)
                 out.line("break;")
             out.lines(["default:", "break;"])
+
+
+def _look(out: Emitter, names: Names) -> None:
+    """Print the function that puts into the trace what the host sees of the machine."""
+    p, chart = names.prefix, names.chart
+    leaves = "(uint16_t)(sizeof fsm_seen / sizeof fsm_seen[0])"
+    out.text(f"""
+
+    static void fsm_look(void)
+    {{
+        uint16_t count;
+        (void)count;
+    #ifndef CERTIFY_WITHOUT_ACTIVE
+        CERTIFY_LOOK(count = {p}_active(&fsm_machine, fsm_seen, {leaves}));
+        certify_put16(count);
+        for (uint16_t i = 0u; i < count; i++) {{
+            certify_put16((uint16_t)fsm_seen[i]);
+        }}
+    #endif
+    #ifndef CERTIFY_WITHOUT_IN
+        for (uint16_t i = 0u; i < {len(chart.states)}u; i += 8u) {{
+            uint8_t bits = 0u;
+            for (uint16_t k = i; k < i + 8u && k < {len(chart.states)}u; k++) {{
+                CERTIFY_LOOK(count = {p}_in(&fsm_machine, ({p}_state)k));
+                bits |= (uint8_t)((uint32_t)count << (k - i));
+            }}
+            certify_put8(bits);
+        }}
+    #endif
+    #ifndef CERTIFY_WITHOUT_FINISHED
+        CERTIFY_LOOK(count = {p}_finished(&fsm_machine));
+        certify_put8((uint8_t)count);
+    #endif
+    #ifndef CERTIFY_WITHOUT_FAULT
+        CERTIFY_LOOK(count = (uint16_t){p}_fault(&fsm_machine));
+        certify_put8((uint8_t)count);
+    #endif
+    """)
+    out.line("#ifndef CERTIFY_WITHOUT_NEXT_DEADLINE")
+    # the timers of a machine in a slot change while it calls the host
+    with out.block("if (certify_active == 0u) {" if names.invoked else "{"):
+        out.line("fsm_deadline = 0u;")
+        out.line(f"CERTIFY_LOOK(count = {p}_next_deadline(&fsm_machine, &fsm_deadline));")
+        out.line("certify_put8((uint8_t)count);")
+        out.line("certify_put32(count != 0u ? fsm_deadline - fsm_now : 0u);")
+    out.line("#endif")
+    for declared in seen_data(names):
+        _put(out, f"fsm_machine.{names.variables[declared.name]}", declared.type, names)
+    out.line("}")
+
+
+def _call_back(out: Emitter, names: Names) -> None:
+    """Print the function that does what the host does during a call, by the manner."""
+    p, does = names.prefix, names.does
+    out.lines(["", "static void fsm_call_back(void)"])
+    with out.block("{"):
+        with out.block("if ((certify_manner & CERTIFY_LOOKING) != 0u && fsm_looks_left > 0u) {"):
+            out.lines(["fsm_looks_left--;", "fsm_look();"])
+        with out.block("if ((certify_manner & CERTIFY_NESTING) != 0u) {"):
+            out.lines([f"{p}_start(&fsm_machine, ~fsm_now);"])
+            _unless_absent(
+                out,
+                "dispatch",
+                f"certify_put8((uint8_t){p}_dispatch(&fsm_machine, &fsm_posted, ~fsm_now));",
+            )
+            if does.runs:
+                _unless_absent(out, "run", f"{p}_run(&fsm_machine, ~fsm_now);")
+            steps = ["step_timer"]
+            steps += ["step_event"] if does.queued else []
+            steps += ["step_eventless"] if does.polls else []
+            for name in steps:
+                call = f"certify_put8((uint8_t){p}_{name}(&fsm_machine));"
+                _unless_absent(out, name, call)
+        if does.queued:
+            many = "for (uint8_t i = 0u; i < fsm_posts && fsm_posts_left > 0u; i++) {"
+            with out.block("if ((certify_manner & CERTIFY_POSTING) != 0u) {"), out.block(many):
+                out.line("fsm_posts_left--;")
+                _post(out, names)
+
+
+def _post(out: Emitter, names: Names) -> None:
+    """Print the statements that post an event; one without a payload is posted by its name."""
+    p, events = names.prefix, names.chart.events
+    plain = [index for index in posted_events(names.chart) if not events[index].fields]
+    with out.block("switch (fsm_posted.event) {"):
+        if plain:
+            out.line("#ifndef CERTIFY_WITHOUT_POST_BY_NAME")
+            out.lines(f"case {index + 1}u:" for index in plain)
+            name = f"({p}_event_name)fsm_posted.event"
+            out.line(f"certify_put8((uint8_t){p}_post_by_name(&fsm_machine, {name}));")
+            out.lines(["break;", "#endif"])
+        out.line("default:")
+        call = f"certify_put8((uint8_t){p}_post(&fsm_machine, &fsm_posted));"
+        _unless_absent(out, "post", call)
+        out.line("break;")
+
+
+def seen_data(names: Names) -> tuple[lang.Field, ...]:
+    """Return the data and outputs that a look at the machine puts into the trace."""
+    declared = (*names.chart.data, *names.chart.outputs)
+    fields = tuple(lang.Field(each.name, each.type) for each in declared)
+    return fields if _data_size(fields) <= MOST_SEEN else ()
+
+
+def looks(names: Names) -> int:
+    """Return how often the host looks at the machine in one step, so that the trace has room."""
+    states = len(names.chart.states)
+    return MOST_SEEN // (2 * states + states // 8 + 16 + _data_size(seen_data(names)))
+
+
+def _data_size(fields: tuple[lang.Field, ...]) -> int:
+    return 8 * sum(1 for each in fields for _ in scalars(each.type))
+
+
+def _unless_absent(out: Emitter, name: str, statement: str) -> None:
+    """Print a statement that needs a function which a firmware may lack."""
+    out.lines([f"#ifndef CERTIFY_WITHOUT_{name.upper()}", statement, "#endif"])
+
+
+def counts(names: Names) -> bool:
+    """Return whether the counters of a machine are compared: not those of machines in slots."""
+    return names.does.counted and not names.invoked
 
 
 def _host_functions(out: Emitter, names: Names) -> None:
@@ -181,7 +325,7 @@ def _host_functions(out: Emitter, names: Names) -> None:
                         _take(out, f"(*({text} *)result)", operation.result, each)
                     out.line("break;")
                 out.lines(["default:", "break;"])
-            out.line("certify_enter(active);")
+            out.lines(["fsm_call_back();", "certify_enter(active);"])
         out.lines(["", f"static void fsm_send_{number}(bool is_own, uint32_t at,"])
         out.line("                       const void *const *given)")
         with out.block("{"):
@@ -195,7 +339,7 @@ def _host_functions(out: Emitter, names: Names) -> None:
                     _given(out, each.chart.events[index].fields, each)
                     out.line("break;")
                 out.lines(["default:", "break;"])
-            out.line("certify_enter(active);")
+            out.lines(["fsm_call_back();", "certify_enter(active);"])
         out.lines(["", "#undef FSM_HOST_CALL", "#undef FSM_HOST_SEND"])
         call = f"fsm_call_{number}((m) == &{place}, operation, given, result)"
         out.line(f"#define FSM_HOST_CALL(m, operation, given, result) {call}")
@@ -210,13 +354,14 @@ def _perform(out: Emitter, names: Names) -> None:
     uint32_t certify_perform(uint8_t action, uint32_t now)
     {{
         uint32_t found = 0u;
+        fsm_now = now;
         switch (action) {{
         case CERTIFY_START:
             CERTIFY({p}_start(&fsm_machine, now));
             break;
     #ifndef CERTIFY_WITHOUT_DISPATCH
         case CERTIFY_DISPATCH:
-            fsm_read_event();
+            fsm_read_event(&fsm_event);
             CERTIFY(found = (uint32_t){p}_dispatch(&fsm_machine, &fsm_event, now));
     """)
     reply = reply_type(names.chart)
@@ -231,7 +376,7 @@ def _perform(out: Emitter, names: Names) -> None:
                 const uint8_t count = certify_take8();
                 for (uint8_t i = 0u; i < count; i++) {
                     bool fits;
-                    fsm_read_event();
+                    fsm_read_event(&fsm_event);
         """)
         out.line(f"            CERTIFY(fits = {p}_post(&fsm_machine, &fsm_event));")
         out.text(f"""
@@ -251,37 +396,23 @@ def _perform(out: Emitter, names: Names) -> None:
             #endif
         """)
     out.text(f"""
-        default: {{
-            static const uint16_t room = (uint16_t)(sizeof fsm_seen / sizeof fsm_seen[0]);
-            uint16_t count;
-            fsm_deadline = 0u;
-    #ifndef CERTIFY_WITHOUT_ACTIVE
-            CERTIFY(count = {p}_active(&fsm_machine, fsm_seen, room));
-            certify_put16(count);
-            for (uint16_t i = 0u; i < count; i++) {{
-                certify_put16((uint16_t)fsm_seen[i]);
-            }}
+    #ifndef CERTIFY_WITHOUT_REBASE
+        case CERTIFY_REBASE:
+            CERTIFY({p}_rebase(&fsm_machine, now));
+            break;
     #endif
-    #ifndef CERTIFY_WITHOUT_FINISHED
-            CERTIFY(count = {p}_finished(&fsm_machine));
-            certify_put8((uint8_t)count);
-    #endif
-    #ifndef CERTIFY_WITHOUT_FAULT
-            CERTIFY(count = (uint16_t){p}_fault(&fsm_machine));
-            certify_put8((uint8_t)count);
-    #endif
-    #ifndef CERTIFY_WITHOUT_NEXT_DEADLINE
-            CERTIFY(count = {p}_next_deadline(&fsm_machine, &fsm_deadline));
-            certify_put8((uint8_t)count);
-            certify_put32(count != 0u ? fsm_deadline - now : 0u);
-    #endif
-            (void)count;
-            (void)room;
+        default:
+            fsm_look();
             break;
         }}
-        }}
+    """)
+    if counts(names):
+        out.line("    certify_put16(fsm_machine.fsm.unhandled);")
+        if does.queued:
+            out.line("    certify_put16(fsm_machine.fsm.rejected);")
+    out.text("""
         return found;
-    }}
+    }
     """)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count, product
 from math import prod
 from random import Random
@@ -26,14 +27,29 @@ from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.run import next_deadline
 from fsmkit.runtime.snapshot_bytes import pack_machine
 from fsmkit.system.partition import field_of
+from fsmkit.verify.certify.calls import (
+    BUSY,
+    FULL,
+    LOOKING,
+    NESTING,
+    PLAIN,
+    POSTING,
+    CallingHost,
+    Manner,
+    Sight,
+    counted,
+    packed,
+    results_of,
+)
 from fsmkit.verify.certify.encoding import Machine, Values
+from fsmkit.verify.certify.program import ALMOST_FULL, counts, looks, seen_data
 from fsmkit.verify.statespace.actions import Chooser, ReadChooser
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.coverage import Coverage
 from fsmkit.verify.statespace.local_steps import LocalSteps
 from fsmkit.verify.statespace.sessions import timers_within, waiting_count
 
-START, DISPATCH, POST, RUN, OBSERVE = range(5)
+START, DISPATCH, POST, RUN, OBSERVE, REBASE = range(6)
 """The actions of ``driver.h``."""
 NOW = 5_000_000
 """The time of the states that steps start from, in ticks."""
@@ -43,6 +59,8 @@ REPEATED = 64
 """One in so many steps is repeated with other values."""
 MOST_POSTED = 30
 """The number of events that a step posts at most: their results are bits of one number."""
+MOST_COUNTED = 65535
+"""The greatest value of a counter of a machine."""
 LATE = 2
 """The ticks from a state to a late call of `run`: its first timer has expired one tick before."""
 FAR, NEAR = "far", "near"
@@ -74,6 +92,8 @@ class Step:
     """The kind of step, such as ``dispatch start``; maxima are per name."""
     is_explored: bool = True
     """False for a repetition with other values: its state counts as that of the first."""
+    is_measured: bool = True
+    """False if the host acts during calls: what that costs is not the machine's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +114,7 @@ class _Action:
     name: str
     now: int
     events: tuple[snap.Occurrence, ...] = ()
+    manner: Manner = PLAIN
 
 
 class Steps:
@@ -138,6 +159,14 @@ class Steps:
         self._start = interpreter.initial(chart)
         self.events = [each for each in closed.possible if not each.spontaneous]
         self._numbers = {name: n for n, name in enumerate(FAULTS)}
+        self._counts = counts(names)
+        self._queued = names.does.queued
+        seen = seen_data(names)
+        self._data = Values(seen, names) if seen else None
+        self._nested = self._excluded()
+        self._looks = looks(names)
+        self._reactions: set[object] = set()
+        """The kinds of steps that were repeated with a host that acts during calls."""
 
     def initial(self) -> snap.Snapshot:
         """Return the state before the start."""
@@ -171,6 +200,8 @@ class Steps:
     def _actions(self, state: snap.Snapshot, now: int) -> Iterator[_Action]:
         """Yield what a host can do at the time of a state."""
         yield _Action(OBSERVE, "observe", now)
+        if "rebase" not in self.absent:
+            yield _Action(REBASE, "rebase", now)
         yield _Action(START, "start", now)
         if not state.configuration:
             return
@@ -217,7 +248,7 @@ class Steps:
         does_post = self._posts and bool(self.events)
         if does_post and state.running:
             chosen.append(_Action(POST, "post several events", 0, self._several()))
-        chosen = [each for each in chosen or [self._random.choice(actions)] if each.kind != OBSERVE]
+        chosen = [each for each in chosen or [self._random.choice(actions)] if each.kind < OBSERVE]
         if not chosen:
             return None
         now = self._random.choice((NOW, 0, WRAPS - 1, WRAPS - 2, self._random.randrange(WRAPS)))
@@ -285,8 +316,11 @@ class Steps:
     def steps(self, state: snap.Snapshot, action: _Action) -> Iterator[Step]:
         """Yield an action with every choice of inputs and results."""
         head_, events = _head(action), self._events(action)
-        if action.kind == OBSERVE:
-            yield _step(action, self._observed(state), head_, self._values(()))
+        if action.kind in (OBSERVE, REBASE):
+            trace = self._observed(state) if action.kind == OBSERVE else b""
+            trace += self._counters(0, 0, action)
+            expected = Expected(trace, 0, self._saved(state), None)
+            yield _step(action, expected, head_, self._values(()))
             return
         chooser = self.local.chooser(0)
         for _ in range(self.most_choices):
@@ -294,9 +328,72 @@ class Steps:
             read = chooser.inputs_read if isinstance(chooser, ReadChooser) else {}
             for inputs in self._combinations(read):
                 yield _step(action, expected, head_, self._values(inputs) + events + results)
+            yield from self._with_calls(state, action, read)
             if not chooser.advance():
                 return
         self.truncated.add(action.name)
+
+    def _with_calls(
+        self, state: snap.Snapshot, action: _Action, read: dict[int, int]
+    ) -> Iterator[Step]:
+        """Repeat the latest step with hosts that act during calls, unless its kind was repeated.
+
+        Steps are of one kind if they have the same action, transitions, exits and entries.
+        """
+        done, unhandled, rejected = self._latest
+        key = (
+            action.kind,
+            action.name,
+            tuple(
+                (small.transitions, small.exited, small.entered)
+                for macrostep in done
+                for small in macrostep.microsteps
+            ),
+            unhandled,
+            rejected,
+        )
+        if key in self._reactions:
+            return
+        self._reactions.add(key)
+        results = tuple(results_of(done))
+        calls = any(
+            isinstance(effect, snap.Called | snap.Emitted | snap.InvokedMacrostep)
+            for macrostep in done
+            for effect in macrostep.effects
+        )
+        if not calls and not unhandled and not rejected:
+            return
+        inputs = tuple(self._chosen(next(iter(self._combinations(read)))))
+        sight = Sight(partial(self._looked, now=action.now), self._nested, self._looks)
+        for manner in self._manners(calls=calls):
+            acting = replace(action, manner=manner)
+            host = CallingHost(self.chart, manner, sight, results, self.result)
+            expected, given = self.perform(replace(state, inputs=inputs), acting, host)
+            body = self._inputs.encode(inputs) + self._manner(manner) + self._events(action) + given
+            step = _step(acting, expected, _head(acting), body)
+            yield replace(step, is_explored=False, is_measured=False)
+
+    def _manners(self, *, calls: bool) -> Iterator[Manner]:
+        """Yield what hosts do in the repetitions of a step."""
+        if not calls or not self.events:
+            yield Manner(FULL | LOOKING)
+            return
+        one, other, third = self._random.choices(self.events, k=3)
+        yield Manner(FULL | LOOKING | NESTING, snap.Occurrence(one.event, one.payload))
+        if self._posts:
+            most = self.chart.capacities.queue + 2
+            yield Manner(
+                LOOKING | POSTING, snap.Occurrence(other.event, other.payload), 1, min(most, 255)
+            )
+            yield Manner(
+                FULL | POSTING, snap.Occurrence(third.event, third.payload),
+                min(most, 255), min(most, 255),
+            )  # fmt: skip
+
+    def _manner(self, manner: Manner) -> bytes:
+        if manner.event is None:
+            return b""
+        return bytes([manner.posts, manner.most]) + self.machine.event(manner.event)
 
     def _events(self, action: _Action) -> bytes:
         count_ = bytes([len(action.events)]) if action.kind == POST else b""
@@ -332,7 +429,7 @@ class Steps:
             yield tuple(each[row % len(each)] for each in counts)
 
     def perform(
-        self, state: snap.Snapshot, action: _Action, chooser: Chooser | VariedHost
+        self, state: snap.Snapshot, action: _Action, chooser: Chooser | VariedHost | CallingHost
     ) -> tuple[Expected, bytes]:
         """Take a step in the interpreter; return what it leads to and the results of calls."""
         self.interpreted += 1
@@ -367,29 +464,68 @@ class Steps:
         for macrostep in done:
             self.coverage.add(macrostep)
         after = replace(interpreter.at_time(after, action.now), inputs=self._start.inputs)
-        trace, results = self.machine.trace(done)
+        unhandled, rejected = counted(done)
+        if action.kind == POST:
+            rejected += len(action.events) - returned.bit_count()
+        self._latest = done, unhandled, rejected
+        reports = chooser.reports if isinstance(chooser, CallingHost) else ()
+        trace, results = self.machine.trace(done, reports)
+        counters = self._counters(unhandled, rejected, action)
         saved = self._saved(after)
         settled = self.local.settled(0, after)
         if (
             settled.fault is not None and settled.fault not in FAULTS
         ):  # the C knows no kinds of them
             settled = replace(settled, fault="error.execution")
-        return Expected(trace + reply, returned, saved, settled), results
+        return Expected(trace + reply + counters, returned, saved, settled), results
 
-    def _observed(self, state: snap.Snapshot) -> Expected:
-        """Return what the functions that look at a machine must report."""
+    def _counters(self, unhandled: int, rejected: int, action: _Action) -> bytes:
+        """Return the counters after a step, empty if they are not compared."""
+        if not self._counts:
+            return b""
+        first = ALMOST_FULL if action.manner.bits & FULL and action.kind != START else 0
+        numbers = (unhandled, rejected) if self._queued else (unhandled,)
+        return packed([min(first + number, MOST_COUNTED) for number in numbers])
+
+    def _observed(self, state: snap.Snapshot) -> bytes:
+        """Return what the functions that look at a machine must report between steps."""
+        armed = state if state.running else replace(state, timers=(), invoked=())
+        return self._looked(armed, state.now, has_deadline=True)
+
+    def _looked(self, state: snap.Snapshot, now: int, *, has_deadline: bool | None = None) -> bytes:
+        """Return what the functions that look at a machine must report.
+
+        ``has_deadline``: whether the next deadline is compared. During calls it is not if machines
+        run in slots: their timers may have changed.
+        """
+        if has_deadline is None:
+            has_deadline = not self.chart.invocations
+        states = range(len(self.chart.states))
         leaves = sorted(index_of(self.chart).leaves & state.configuration)
+        within = sum(1 << each for each in states if self._is_in(state, each))
         fault = 0 if state.fault is None else self._numbers.get(state.fault, 4)
-        due = next_deadline(state) if state.running else None
-        left = 0 if due is None else (due - state.now) % WRAPS
+        due = next_deadline(state) if has_deadline else None
+        left = 0 if due is None else (due - now) % WRAPS
+        deadline = struct.pack("<BI", due is not None, left) if has_deadline else b""
         parts = {
             "active": struct.pack(f"<H{len(leaves)}H", len(leaves), *leaves),
+            "in": within.to_bytes(len(states) + 7 >> 3, "little"),
             "finished": bytes([state.finished]),
             "fault": bytes([fault]),
-            "next_deadline": struct.pack("<BI", due is not None, left),
+            "next_deadline": deadline,
         }
-        trace = b"".join(part for name, part in parts.items() if name not in self.absent)
-        return Expected(trace, 0, self._saved(state), None)
+        found = b"".join(part for name, part in parts.items() if name not in self.absent)
+        return found + (b"" if self._data is None else self._data.encode(state.data))
+
+    def _is_in(self, state: snap.Snapshot, number: int) -> bool:
+        return state.running if number == 0 else number in state.configuration
+
+    def _excluded(self) -> bytes:
+        """Return the results of the functions that a step excludes, as the driver calls them."""
+        does = self.names.does
+        found = bytes([BUSY]) if "dispatch" not in self.absent else b""
+        steps = {"step_timer": True, "step_event": does.queued, "step_eventless": does.polls}
+        return found + bytes(sum(has for name, has in steps.items() if name not in self.absent))
 
 
 STOPPED = 3
@@ -410,7 +546,7 @@ class VariedHost:
 
 
 def _head(action: _Action) -> bytes:
-    return struct.pack("<BI", action.kind, action.now % WRAPS)
+    return struct.pack("<BIB", action.kind, action.now % WRAPS, action.manner.bits)
 
 
 def _step(action: _Action, expected: Expected, start: bytes, rest: bytes) -> Step:
