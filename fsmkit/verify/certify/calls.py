@@ -21,6 +21,10 @@ BUSY = 2
 """``FSM_BUSY``."""
 
 
+Result = tuple[str, lang.Value | None]
+"""The name of an operation and what it returned."""
+
+
 @dataclass(frozen=True, slots=True)
 class Manner:
     """What the host does during each call of a step.
@@ -59,14 +63,14 @@ class CallingHost:
         chart: Chart,
         manner: Manner,
         sight: Sight,
-        results: Iterable[lang.Value | None],
+        results: Iterable[Result],
         other: Callable[[str], lang.Value | None],
     ) -> None:
         """Take the chart of the machine and what its host does."""
         self.reports: list[bytes] = []
         """What the host did during each call."""
         self._chart, self._manner, self._sight = chart, manner, sight
-        self._results: Iterator[lang.Value | None] = iter(results)
+        self._results = iter(results)
         self._other = other
         self._posts, self._looks = manner.most, sight.most_looks
         self._post: snap.Post | None = None
@@ -86,9 +90,8 @@ class CallingHost:
         """Return the result of an operation (the `Host` of a step)."""
         del arguments
         self._act()
-        for result in self._results:
-            return result
-        return self._other(operation)
+        called, result = next(self._results, ("", None))
+        return result if called == operation else self._other(operation)
 
     def emitted(self, chart: Chart, occurrence: snap.Occurrence) -> None:
         """Take an event that leaves the machine."""
@@ -127,13 +130,13 @@ def counted(done: Sequence[snap.Macrostep]) -> tuple[int, int]:
     return unhandled, rejected
 
 
-def results_of(done: Iterable[snap.Macrostep]) -> Iterator[lang.Value | None]:
-    """Yield the results of the calls of macrosteps, in order."""
+def results_of(done: Iterable[snap.Macrostep]) -> Iterator[Result]:
+    """Yield the calls of macrosteps with their results, in order."""
     for macrostep in done:
         for effect in macrostep.effects:
             match effect:
-                case snap.Called(result=result):
-                    yield result
+                case snap.Called(operation, _, result):
+                    yield operation, result
                 case snap.InvokedMacrostep(_, inner):
                     yield from results_of((inner,))
                 case _:

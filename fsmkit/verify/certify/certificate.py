@@ -177,14 +177,18 @@ def assumptions(
     found = [
         (
             "From each class of values with the same effect on the chart, one was tried; "
-            f"1 in {REPEATED} steps was repeated with others, the bounds included."
+            "each kind of step was repeated with their bounds, "
+            f"and 1 in {REPEATED} steps with others."
         ),
         "Pending timers had their whole delay left, or one tick; any of them expired first.",
         (
             "The host calls `run` before it dispatches or posts the next event; "
             "several events at once were only sampled."
         ),
-        "Functions of the host return; they change the machine only by their results.",
+        (
+            "Functions of the host return. Once for each kind of step, they looked at the machine, "
+            "posted to it, and called functions that a step excludes."
+        ),
     ]
     found += [
         f"{what} is only sampled: {use.text}." for what, use in comparison.closed.samples.items()
@@ -199,6 +203,11 @@ def assumptions(
         )
     if processor is not None and processor.taken:
         found.append("Cycles: memory never waits, and a multiplication takes one cycle.")
+    if comparison.program.names.invoked:
+        found.append(
+            "The counters, and the next deadline during calls, were not compared: "
+            "other machines run in slots of this one."
+        )
     if absent:
         functions = ", ".join(f"`{comparison.program.prefix}_{name}`" for name in absent)
         found.append(f"The firmware does not contain {functions}; these are not compared.")

@@ -260,15 +260,16 @@ def _packets(batch: Batch, saved: int, bounds: _Bounds) -> Iterator[Packet]:
     """Divide a batch into parts that fit the memory of the driver, until a bound is reached."""
     most = min(MOST_STEPS, MOST_SAVED // saved)
     part: list[Step] = []
-    size = 0
+    size = explored = 0
     for step in batch.steps:
-        is_end = bounds.is_reached(len(part))
+        is_end = bounds.is_reached(explored)
         if part and (is_end or len(part) >= most or size + len(step.request) > MOST_REQUESTS):
             yield Packet(batch.saved, batch.now, part)
-            part, size = [], 0
+            part, size, explored = [], 0, 0
         if is_end:
             return
         part.append(step)
+        explored += step.is_explored
         size += len(step.request)
     if part:
         yield Packet(batch.saved, batch.now, part)

@@ -253,7 +253,7 @@ void probe_memory(void *uc, int type, uint64_t address, int size, int64_t value,
     }
     of = &self->records[self->count - 1u];
     if (is_in(self->stack, address, bytes) && address < self->top + FRAME) {
-        if (writes && address < self->top && self->top - address > of->stack) {
+        if (writes && address < self->top && self->top - address > of->stack && !is_by_driver(uc, self)) {
             of->stack = (uint32_t)(self->top - address);
         }
         return;

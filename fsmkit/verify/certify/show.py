@@ -27,7 +27,7 @@ def summary(document: Mapping[str, Any]) -> str:
         f"  compiler  {document['compiler']}",
         (
             f"  steps     {document['steps']:,} in {document['states']:,} states, "
-            f"{document['interpreted']:,} interpreted, {document['repeated']:,} with other values"
+            f"{document['interpreted']:,} interpreted, {document['repeated']:,} repeated"
         ),
         f"  covered   {covered(document)}",
         *(f"  partial   {reason}" for reason in document["reasons"]),

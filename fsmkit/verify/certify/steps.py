@@ -8,7 +8,7 @@ one tick later (`NEAR`). Each pending timer is also the first one to expire, onc
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count, product
@@ -36,6 +36,7 @@ from fsmkit.verify.certify.calls import (
     POSTING,
     CallingHost,
     Manner,
+    Result,
     Sight,
     counted,
     packed,
@@ -141,6 +142,8 @@ class Steps:
         self._posts = names.does.queued and self._runs and "post" not in absent
         self._partition = partition
         self._random = Random(seed)  # noqa: S311  (no secrets)
+        self._picks: Random | _Bound = self._random
+        """Chooses values of a class."""
         self._operations = {o.name: o for c in charts_within(chart) for o in c.operations}
         self.chart = chart
         self.closed = closed
@@ -151,7 +154,7 @@ class Steps:
         self.truncated: set[str] = set()
         """The names of steps with more choices than were tried."""
         self.interpreted = 0
-        """The number of steps that the interpreter took."""
+        """The number of steps that the interpreter took, without repetitions."""
         self._inputs = Values([lang.Field(each.name, each.type) for each in chart.inputs], names)
         self._image = image_of(chart)
         self._head = head(chart)
@@ -165,8 +168,8 @@ class Steps:
         self._data = Values(seen, names) if seen else None
         self._nested = self._excluded()
         self._looks = looks(names)
-        self._reactions: set[object] = set()
-        """The kinds of steps that were repeated with a host that acts during calls."""
+        self._kinds: set[Hashable] = set()
+        """The kinds of steps that were repeated."""
 
     def initial(self) -> snap.Snapshot:
         """Return the state before the start."""
@@ -262,10 +265,7 @@ class Steps:
             events = tuple(map(self._other_event, action.events))
             varied = replace(action, now=at, events=events)
             host = VariedHost(self)
-            inputs = tuple(
-                self._other(each.type, Place(0, "variable", each.name), value)
-                for each, value in zip(self.chart.inputs, self._any_inputs(), strict=True)
-            )
+            inputs = self._other_inputs(self._any_inputs())
             expected, results = self.perform(replace(timed, inputs=inputs), varied, host)
             body = self._inputs.encode(inputs) + self._events(varied) + results
             steps.append(replace(_step(varied, expected, _head(varied), body), is_explored=False))
@@ -283,6 +283,12 @@ class Steps:
         counts = (len(free.values) for free in self.closed.free_inputs)
         return self._chosen(tuple(self._random.randrange(count) for count in counts))
 
+    def _other_inputs(self, values: Sequence[lang.Value]) -> tuple[lang.Value, ...]:
+        return tuple(
+            self._other(each.type, Place(0, "variable", each.name), value)
+            for each, value in zip(self.chart.inputs, values, strict=True)
+        )
+
     def _other_event(self, occurrence: snap.Occurrence) -> snap.Occurrence:
         fields = self.chart.events[occurrence.event].fields
         payload = tuple(
@@ -297,7 +303,7 @@ class Steps:
         if bounds is None:
             return value
         first, last = bounds
-        found = self._random.choice((first, last, self._random.randint(first, last)))
+        found = self._picks.choice((first, last, self._picks.randint(first, last)))
         return bool(found) if isinstance(type_, lang.BoolType) else found
 
     def result(self, operation: str) -> lang.Value | None:
@@ -305,8 +311,13 @@ class Steps:
         values = self.closed.results[0].get(operation)
         if values is None:
             return None
-        value = self._random.choice(values)
+        return self._other_result(operation, self._random.choice(values))
+
+    def _other_result(self, operation: str, value: lang.Value | None) -> lang.Value | None:
+        """Return another result of the class of a result."""
         declared = self._operations[operation]
+        if value is None or operation not in self.closed.results[0]:
+            return value
         if declared.tried or declared.result is None:
             return value
         return self._other(declared.result, Place(0, "result", operation), value)
@@ -324,54 +335,79 @@ class Steps:
             return
         chooser = self.local.chooser(0)
         for _ in range(self.most_choices):
+            self.interpreted += 1
             expected, results = self.perform(state, action, chooser)
             read = chooser.inputs_read if isinstance(chooser, ReadChooser) else {}
             for inputs in self._combinations(read):
                 yield _step(action, expected, head_, self._values(inputs) + events + results)
-            yield from self._with_calls(state, action, read)
+            yield from self._repetitions(state, action, read)
             if not chooser.advance():
                 return
         self.truncated.add(action.name)
 
-    def _with_calls(
+    def _repetitions(
         self, state: snap.Snapshot, action: _Action, read: dict[int, int]
     ) -> Iterator[Step]:
-        """Repeat the latest step with hosts that act during calls, unless its kind was repeated.
+        """Repeat the latest step, unless one of its kind was: with other values, hosts that act.
 
         Steps are of one kind if they have the same action, transitions, exits and entries.
         """
         done, unhandled, rejected = self._latest
-        key = (
-            action.kind,
+        small = [each for macrostep in done for each in macrostep.microsteps]
+        kind = (
             action.name,
-            tuple(
-                (small.transitions, small.exited, small.entered)
-                for macrostep in done
-                for small in macrostep.microsteps
-            ),
+            tuple((each.transitions, each.exited, each.entered) for each in small),
             unhandled,
             rejected,
         )
-        if key in self._reactions:
+        if kind in self._kinds:
             return
-        self._reactions.add(key)
+        self._kinds.add(kind)
         results = tuple(results_of(done))
+        inputs = self._chosen(next(iter(self._combinations(read))))
+        for bound in (_Bound(0), _Bound(1)):
+            yield from self._at_bound(bound, state, action, inputs, results)
         calls = any(
             isinstance(effect, snap.Called | snap.Emitted | snap.InvokedMacrostep)
-            for macrostep in done
-            for effect in macrostep.effects
+            for each in small
+            for effect in each.effects
         )
-        if not calls and not unhandled and not rejected:
-            return
-        inputs = tuple(self._chosen(next(iter(self._combinations(read)))))
+        if calls or unhandled or rejected:
+            for manner in self._manners(calls=calls):
+                yield self._repeated(state, replace(action, manner=manner), inputs, results)
+
+    def _at_bound(
+        self,
+        bound: _Bound,
+        state: snap.Snapshot,
+        action: _Action,
+        inputs: Sequence[lang.Value],
+        results: Sequence[Result],
+    ) -> Iterator[Step]:
+        """Repeat a step with bounds of the classes of its values, unless they are its values."""
+        self._picks = bound
+        events = tuple(map(self._other_event, action.events))
+        others = self._other_inputs(inputs)
+        returned = tuple((name, self._other_result(name, value)) for name, value in results)
+        self._picks = self._random
+        if (events, others, returned) != (action.events, tuple(inputs), tuple(results)):
+            yield self._repeated(state, replace(action, events=events), others, returned)
+
+    def _repeated(
+        self,
+        state: snap.Snapshot,
+        action: _Action,
+        inputs: Sequence[lang.Value],
+        results: Iterable[Result],
+    ) -> Step:
+        """Return a step with these inputs and results; its host acts in the action's manner."""
         sight = Sight(partial(self._looked, now=action.now), self._nested, self._looks)
-        for manner in self._manners(calls=calls):
-            acting = replace(action, manner=manner)
-            host = CallingHost(self.chart, manner, sight, results, self.result)
-            expected, given = self.perform(replace(state, inputs=inputs), acting, host)
-            body = self._inputs.encode(inputs) + self._manner(manner) + self._events(action) + given
-            step = _step(acting, expected, _head(acting), body)
-            yield replace(step, is_explored=False, is_measured=False)
+        host = CallingHost(self.chart, action.manner, sight, results, self.result)
+        expected, given = self.perform(replace(state, inputs=tuple(inputs)), action, host)
+        manner = self._manner(action.manner)
+        body = self._inputs.encode(inputs) + manner + self._events(action) + given
+        step = _step(action, expected, _head(action), body)
+        return replace(step, is_explored=False, is_measured=action.manner is PLAIN)
 
     def _manners(self, *, calls: bool) -> Iterator[Manner]:
         """Yield what hosts do in the repetitions of a step."""
@@ -432,7 +468,6 @@ class Steps:
         self, state: snap.Snapshot, action: _Action, chooser: Chooser | VariedHost | CallingHost
     ) -> tuple[Expected, bytes]:
         """Take a step in the interpreter; return what it leads to and the results of calls."""
-        self.interpreted += 1
         snapshot = state
         if isinstance(chooser, Chooser):
             chooser.start_step()
@@ -543,6 +578,22 @@ class VariedHost:
         """Return the result of an operation (the `Host` of a step)."""
         del arguments
         return self._steps.result(operation)
+
+
+@dataclass(frozen=True, slots=True)
+class _Bound:
+    """Chooses a bound of each class in place of a random value: 0 for the first, 1 for the last."""
+
+    place: int
+
+    def choice(self, values: tuple[int, int, int]) -> int:
+        """Return one of first, last and any."""
+        return values[self.place]
+
+    def randint(self, first: int, last: int) -> int:
+        """Return any value."""
+        del last
+        return first
 
 
 def _head(action: _Action) -> bytes:

@@ -98,6 +98,36 @@ def test_each_faulty_call_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         assert document["differences"][0]["what"].startswith("interpreter and C")
 
 
+CALLS = {
+    "a step may start within a step": ("    m->fsm.busy = true;\n", ""),
+    "an event is dispatched within a step": ("return FSM_BUSY;", ";"),
+    "an entry is visible too late": (
+        "    m->fsm.active = GATE_STATE_OPENING;\n    FSM_HOOK_ENTER(m, GATE_STATE_OPENING);\n"
+        "    gate_arm(m, GATE_TIMER_OPENING_T_MOVE, GATE_T_MOVE);\n    gate_motor(m, 1);\n",
+        "    gate_arm(m, GATE_TIMER_OPENING_T_MOVE, GATE_T_MOVE);\n    gate_motor(m, 1);\n"
+        "    m->fsm.active = GATE_STATE_OPENING;\n",
+    ),
+    "unhandled events do not count": ("    fsm_count(&m->fsm.unhandled);\n", ""),
+    "rejected events count twice": (
+        "        fsm_count(&m->fsm.rejected);\n", "        m->fsm.rejected += 2u;\n",
+    ),
+}  # fmt: skip
+"""Faults that a host sees only during calls or in counters: old and new code."""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("fault", CALLS)
+def test_a_fault_that_shows_during_calls_is_found(
+    fault: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = program_of(chart_of(GATE), None, certifying.options_of(""))
+    faulty = mutated(program, *CALLS[fault])
+    monkeypatch.setattr(certifying, "program_of", lambda *_: faulty)
+    document = certified(GATE)
+    assert document["result"] == "different"
+    assert document["differences"][0]["what"].startswith("interpreter and C")
+
+
 @pytest.mark.cc
 def test_an_edited_certificate_is_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
