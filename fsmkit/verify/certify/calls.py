@@ -1,4 +1,4 @@
-"""What the host of a machine does during a call: look at the machine, post events, start steps.
+"""Hosts that act during a call: they look at the machine, post events and start steps.
 
 A step within a step is excluded by the machine. Events that an operation posts enter the queue at
 once. What the host sees, and what the functions that it calls return, becomes part of the trace.
@@ -27,7 +27,7 @@ Result = tuple[str, lang.Value | None]
 
 @dataclass(frozen=True, slots=True)
 class Manner:
-    """What the host does during each call of a step.
+    """The actions of a host during each call of a step.
 
     ``bits``: `LOOKING` and so on. ``event``: the event that it posts and dispatches; ``posts``: how
     often it posts it in one call, and ``most`` in the whole step.
@@ -44,7 +44,7 @@ PLAIN = Manner()
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """What a host can see and do during a call, and how a trace holds it."""
+    """The view of a machine during a call, as a trace holds it."""
 
     looked: Callable[[snap.Snapshot], bytes]
     nested: bytes
@@ -68,7 +68,7 @@ class CallingHost:
     ) -> None:
         """Take the chart of the machine and what its host does."""
         self.reports: list[bytes] = []
-        """What the host did during each call."""
+        """A report of each call."""
         self._chart, self._manner, self._sight = chart, manner, sight
         self._results = iter(results)
         self._other = other

@@ -67,7 +67,10 @@ def _facts(document: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("states left", f"{document['states_left']:,}"),
         ("classes of values", f"{document['classes']:,}"),
         ("steps of the interpreter", f"{document['interpreted']:,}"),
-        ("repeated with other values, or with hosts that act during calls", f"{document['repeated']:,}"),
+        (
+            "repeated with other values, or with hosts that act during calls",
+            f"{document['repeated']:,}",
+        ),
         ("compiler", document["compiler"]),
         ("compiler of this computer", document["host"]["compiler"]),
         ("form of the C", document["form"]),

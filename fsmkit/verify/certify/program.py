@@ -238,6 +238,10 @@ def _call_back(out: Emitter, names: Names) -> None:
     p, does = names.prefix, names.does
     out.lines(["", "static void fsm_call_back(void)"])
     with out.block("{"):
+        out.line("static bool is_inside;")
+        with out.block("if (is_inside) {"):
+            out.line("return; /* a faulty machine has started a step within a step */")
+        out.line("is_inside = true;")
         with out.block("if ((certify_manner & CERTIFY_LOOKING) != 0u && fsm_looks_left > 0u) {"):
             out.lines(["fsm_looks_left--;", "fsm_look();"])
         with out.block("if ((certify_manner & CERTIFY_NESTING) != 0u) {"):
@@ -260,6 +264,7 @@ def _call_back(out: Emitter, names: Names) -> None:
             with out.block("if ((certify_manner & CERTIFY_POSTING) != 0u) {"), out.block(many):
                 out.line("fsm_posts_left--;")
                 _post(out, names)
+        out.line("is_inside = false;")
 
 
 def _post(out: Emitter, names: Names) -> None:
