@@ -102,10 +102,10 @@ CALLS = {
     "a step may start within a step": ("    m->fsm.busy = true;\n", ""),
     "an event is dispatched within a step": ("return FSM_BUSY;", ";"),
     "an entry is visible too late": (
-        "    m->fsm.active = GATE_STATE_OPENING;\n    FSM_HOOK_ENTER(m, GATE_STATE_OPENING);\n"
-        "    gate_arm(m, GATE_TIMER_OPENING_T_MOVE, GATE_T_MOVE);\n    gate_motor(m, 1);\n",
-        "    gate_arm(m, GATE_TIMER_OPENING_T_MOVE, GATE_T_MOVE);\n    gate_motor(m, 1);\n"
-        "    m->fsm.active = GATE_STATE_OPENING;\n",
+        ("    m->fsm.active = GATE_STATE_OPENING;\n    FSM_HOOK_ENTER(m, GATE_STATE_OPENING);\n"
+        "    gate_arm(m, GATE_TIMER_OPENING_T_MOVE, GATE_T_MOVE);\n    gate_motor(m, 1);\n"),
+        ("    gate_arm(m, GATE_TIMER_OPENING_T_MOVE, GATE_T_MOVE);\n    gate_motor(m, 1);\n"
+        "    m->fsm.active = GATE_STATE_OPENING;\n"),
     ),
     "unhandled events do not count": ("    fsm_count(&m->fsm.unhandled);\n", ""),
     "rejected events count twice": (
