@@ -6,7 +6,10 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|->|[{}\[\];,=<]|[^\s{}\[\];,=<"]+', re.DOTALL)
+TOKEN = re.compile(
+    r'"(?:[^"\\]|\\.)*"|->|[{}\[\];,=]|<(?:[^<>]|<[^<>]*>)*>|[^\s{}\[\];,=<"]+', re.DOTALL
+)
+"""A token; a label in markup is one, whose tags have no others in them."""
 
 
 class Attribute(NamedTuple):
@@ -86,18 +89,9 @@ def _attributes(tokens: Iterator[tuple[str, int, int]]) -> dict[str, Attribute]:
 
 
 def _tokens(text: str) -> Iterator[tuple[str, int, int]]:
-    """Yield the tokens of a text with their places; markup in brackets is one."""
-    at = 0
-    while (found := TOKEN.search(text, at)) is not None:
-        at = found.end()
-        if found[0] == "<":
-            depth = 1
-            while depth:
-                at = min(k for k in (text.find("<", at), text.find(">", at)) if k >= 0) + 1
-                depth += 1 if text[at - 1] == "<" else -1
-            yield text[found.start() : at], found.start(), at
-        else:
-            yield found[0], found.start(), at
+    """Yield the tokens of a text with their places."""
+    for found in TOKEN.finditer(text):
+        yield found[0], found.start(), found.end()
 
 
 def _plain(token: str) -> str:

@@ -118,7 +118,7 @@ def improve_layout(content: bytes) -> str:
 
     """
     text, graph = split_layout(content)
-    return improve_parsed(text, graph)
+    return _edit(text, improvements(graph))
 
 
 def split_layout(content: bytes) -> tuple[str, Any]:
@@ -130,13 +130,13 @@ def split_layout(content: bytes) -> tuple[str, Any]:
         return content[:end].decode(), {}
 
 
-def improve_parsed(text: str, graph: Any, changes: Edits | None = None) -> str:
-    """Return a text for ``neato -n2``, with changes of attributes that the graph has already."""
+def improvements(graph: Any) -> Edits:
+    """Return new values of attributes of a layout: equal regions, and labels beside borders."""
     layout = _layout_of(graph)
-    edits: Edits = dict(changes or {})
+    edits: Edits = {}
     for owner, values in (*_equalize(layout).items(), *_free_labels(layout).items()):
         edits[owner] = {**edits.get(owner, {}), **values}
-    return _edit(text, edits)
+    return edits
 
 
 # --- what was laid out -----------------------------------------------------------------------

@@ -10,6 +10,7 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import yaml
@@ -86,10 +87,11 @@ def concrete(source: Source) -> Node:
     return root
 
 
-def remarks(source: Source) -> list[str]:
+@lru_cache(maxsize=4)
+def remarks(source: Source) -> tuple[str, ...]:
     """Return the comments of a text, in the order of the file."""
     found = _Comments(source, _Builder(source).root())
-    return [text for _, text in sorted([*found.in_headers(), *found.between()])]
+    return tuple(text for _, text in sorted([*found.in_headers(), *found.between()]))
 
 
 class _Builder:

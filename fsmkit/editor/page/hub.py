@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -266,6 +266,7 @@ class EditHub(Hub):
         if document is None:
             return found
         states = list(all_states(document))
+        drawn = {(t.span.source.name, t.span.start): t.index for t in self._last.transitions}
         parents = {id(c): s for s in (document.root, *states) for c in s.children}
         return {
             **found,
@@ -273,7 +274,7 @@ class EditHub(Hub):
             "extends": None if document.extends is None else document.extends.value,
             "loose": document.datamodel != "fsmkit",
             "initial": _targets(document.root.initial),
-            "states": [self._state(state, parents.get(id(state))) for state in states],
+            "states": [_state(state, parents.get(id(state)), drawn) for state in states],
             "keys": _values(document, keys.CHART),
             "declared": _declared(document),
             "rows": {
@@ -283,31 +284,32 @@ class EditHub(Hub):
             },
         }
 
-    def _state(self, state: DocState, parent: DocState | None) -> Json:
-        drawn = {(t.span.source.name, t.span.start): t.index for t in self._last.transitions}
-        return {
-            "id": "" if state.id is None else state.id.value,
-            "at": location(state.span),
-            "kind": state.kind.value,
-            "parent": None if parent is None or parent.id is None else parent.id.value,
-            "refines": parent is None,
-            "children": len(state.children),
-            "initial": _targets(state.initial),
-            "use": None if state.use is None or state.use.chart is None else state.use.chart.value,
-            "keys": _values(state, keys.STATE),
-            "transitions": [
-                {
-                    "targets": _targets(one),
-                    "trigger": one.trigger.value,
-                    "label": " ".join(event.value for event in one.events)
-                    or ("" if one.delay is None else one.delay.value),
-                    "at": location(one.span),
-                    "drawn": drawn.get((one.span.source.name, one.span.start)),
-                    "keys": _values(one, keys.TRANSITION),
-                }
-                for one in state.transitions
-            ],
-        }
+
+def _state(state: DocState, parent: DocState | None, drawn: Mapping[tuple[str, int], int]) -> Json:
+    """Return a state; ``drawn``: the numbers of transitions by the places where they start."""
+    return {
+        "id": "" if state.id is None else state.id.value,
+        "at": location(state.span),
+        "kind": state.kind.value,
+        "parent": None if parent is None or parent.id is None else parent.id.value,
+        "refines": parent is None,
+        "children": len(state.children),
+        "initial": _targets(state.initial),
+        "use": None if state.use is None or state.use.chart is None else state.use.chart.value,
+        "keys": _values(state, keys.STATE),
+        "transitions": [
+            {
+                "targets": _targets(one),
+                "trigger": one.trigger.value,
+                "label": " ".join(event.value for event in one.events)
+                or ("" if one.delay is None else one.delay.value),
+                "at": location(one.span),
+                "drawn": drawn.get((one.span.source.name, one.span.start)),
+                "keys": _values(one, keys.TRANSITION),
+            }
+            for one in state.transitions
+        ],
+    }
 
 
 def _targets(one: DocTransition | None) -> list[str]:

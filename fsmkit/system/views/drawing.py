@@ -124,8 +124,7 @@ def draw_kept(
     """
     shown, marked = _drawn_chart(chart, active, unfolded, fold)
     text = plugin(Drawing, "dot").draw(shown, marked)
-    redrawn = redraw(shown, text, placement)
-    return _svg(redrawn.text), redrawn.placement
+    return redraw(shown, text, placement)
 
 
 def _drawn_chart(

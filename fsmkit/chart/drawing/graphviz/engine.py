@@ -21,7 +21,12 @@ BITMAPS = ("png", "pdf")
 
 
 def run_graphviz(
-    text: str, formats: Sequence[str], layout: Layout = "dot", seconds: float | None = None
+    text: str,
+    formats: Sequence[str],
+    layout: Layout = "dot",
+    seconds: float | None = None,
+    *,
+    is_small: bool = False,
 ) -> bytes:
     """Return the output of Graphviz in several formats, one after the other.
 
@@ -30,12 +35,15 @@ def run_graphviz(
         formats: For instance ``svg`` and ``json``.
         layout: How nodes are placed.
         seconds: Stop after this much time.
+        is_small: Prefer the bundled Graphviz, which is loaded already: a program takes longer to
+            start than a small graph takes to be drawn.
 
     Raises:
         FsmkitError: ``missing-graphviz``, ``drawing-failed``.
 
     """
-    if shutil.which("dot") is not None:
+    is_bundled = is_small and bundled.missing_part() is None
+    if not is_bundled and shutil.which("dot") is not None:
         return _run_program(text, formats, layout, seconds)
     if any(kind in BITMAPS for kind in formats):
         raise fail(

@@ -73,19 +73,21 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """The rectangles of states and dots, and the curves of arrows, by their names."""
+    """The rectangles of states and dots, and the curves of arrows, by their names.
+
+    ``hidden``: the rectangles of what is in folded states, from the corner of its parent.
+    """
 
     boxes: Mapping[str, Rect] = field(default_factory=dict)
     arrows: Mapping[str, Arrow] = field(default_factory=dict)
+    hidden: Mapping[str, Rect] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of the file of hints; numbers have one decimal."""
         return {
             "layout": VERSION,
-            "boxes": {
-                name: [round(v, 1) for v in (b.x, b.y, b.width, b.height)]
-                for name, b in self.boxes.items()
-            },
+            "boxes": {name: _rounded(box) for name, box in self.boxes.items()},
+            "hidden": {name: _rounded(box) for name, box in self.hidden.items()},
             "arrows": {
                 name: {
                     "points": [[round(x, 1), round(y, 1)] for x, y in a.points],
@@ -97,12 +99,19 @@ class Placement:
         }
 
 
+def _rounded(box: Rect) -> list[float]:
+    return [round(value, 1) for value in (box.x, box.y, box.width, box.height)]
+
+
 def placement_from_json(read: Any) -> Placement | None:
     """Return the placement of a file's content; None if it is not one of this version."""
     try:
         if read["layout"] != VERSION:
             return None
-        boxes = {str(name): Rect(*map(_number, box)) for name, box in read["boxes"].items()}
+        boxes, hidden = (
+            {str(name): Rect(*map(_number, box)) for name, box in rects.items()}
+            for rects in (read["boxes"], read.get("hidden", {}))
+        )
         arrows = {
             str(name): Arrow(
                 tuple((_number(x), _number(y)) for x, y in arrow["points"]),
@@ -115,7 +124,7 @@ def placement_from_json(read: Any) -> Placement | None:
         }
     except (KeyError, TypeError, ValueError, AttributeError, IndexError):
         return None
-    return Placement(boxes, arrows)
+    return Placement(boxes, arrows, hidden)
 
 
 def _number(value: Any) -> float:
@@ -139,6 +148,7 @@ def renamed(placement: Placement, old: str, new: str) -> Placement:
     return Placement(
         {name(key): box for key, box in placement.boxes.items()},
         {name(key): arrow for key, arrow in placement.arrows.items()},
+        {name(key): box for key, box in placement.hidden.items()},
     )
 
 
@@ -162,7 +172,7 @@ def hints_text(placement: Placement) -> str:
     """Return the text of the file of hints: one line for each part."""
     content = placement.as_json()
     parts = [f'"layout": {content["layout"]}']
-    for kind in ("boxes", "arrows"):
+    for kind in ("boxes", "arrows", "hidden"):
         lines = (f"  {json.dumps(k)}: {json.dumps(v)}" for k, v in content[kind].items())
         parts.append(f'"{kind}": {{\n' + ",\n".join(lines) + "\n}")
     return "{\n" + ",\n".join(parts) + "\n}\n"

@@ -44,6 +44,8 @@ class Item:
     is_small: bool = False
     """A dot, or the text of an arrow: not a state."""
     top: float = 0
+    at: tuple[float, float] | None = None
+    """Where it is in its parent, from the upper left corner, if it was not drawn before."""
 
 
 def place(items: Sequence[Item], old: Mapping[str, Rect]) -> dict[str, Rect]:
@@ -64,6 +66,8 @@ class _Placing:
         kept = [item for item in self.items.values() if self._is_kept(item)]
         for item in kept:
             self._keep(item)
+        for item in self.items.values():
+            self._put(item)
         for item in reversed(self.items.values()):
             if item.is_container and item.name not in self.boxes:
                 self._wrap(item)
@@ -72,9 +76,18 @@ class _Placing:
         for item in kept:
             self._settle(item.name)
         for item in sorted(self.items.values(), key=lambda each: each.is_small):
-            if item.name not in self.boxes:
+            if item.name not in self.boxes and not self._put(item):
                 self._add(item)
         return self.boxes
+
+    def _put(self, item: Item) -> bool:
+        """Put a new box where it belongs in its parent; return whether that is known."""
+        around = Rect(0, 0, 0, 0) if not item.parent else self.boxes.get(item.parent)
+        if item.at is None or item.name in self.boxes or around is None:
+            return False
+        x, y = around.x + item.at[0], around.y + item.at[1]
+        self.boxes[item.name] = Rect(x, y, item.width, item.height)
+        return True
 
     def _is_kept(self, item: Item) -> bool:
         """Whether an item has a place, in its parent if that has one, too."""

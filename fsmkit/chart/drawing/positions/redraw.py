@@ -1,7 +1,7 @@
 """Lay a chart out around the positions of an earlier drawing.
 
-The text for Graphviz is that of any drawing. Boxes are placed here. Arrows whose ends have not
-moved keep their curves, and Graphviz routes the others around the states.
+The statements for Graphviz are those of any drawing. Boxes are placed here. Arrows whose ends have
+not moved keep their curves, and Graphviz routes the others around the states near them.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from fsmkit.chart.chart import Chart, Transition
@@ -18,14 +19,27 @@ from fsmkit.chart.drawing.graphviz.engine import run_graphviz
 from fsmkit.chart.drawing.layout import (
     INCH,
     Edits,
-    control_points,
-    format_curve,
-    improve_parsed,
+    improvements,
     numbers,
     split_layout,
 )
+from fsmkit.chart.drawing.positions.curves import along, moved
+from fsmkit.chart.drawing.positions.nesting import Nested, Tie, lay_out_nested
+from fsmkit.chart.drawing.positions.picture import Drawn, Text, picture
+from fsmkit.chart.drawing.positions.pieces import (
+    Piece,
+    beside_text,
+    drawn_text,
+    links_of,
+    measure,
+)
 from fsmkit.chart.drawing.positions.placement import Arrow, Placement, Rect
 from fsmkit.chart.drawing.positions.placing import Item, place
+from fsmkit.chart.drawing.positions.routing import Link, Node, arrow_of, route
+from fsmkit.chart.drawing.positions.texts import Obstacles, label_place, text_place
+from fsmkit.chart.drawing.states.boxes import shown
+from fsmkit.diagnostics import FsmkitError
+from fsmkit.document.document import Kind
 
 ORDER = re.compile(r"^ *\S+ -> \{[^}]*\} \[style=invis, weight=0\];\n", re.MULTILINE)
 """Lines that keep the order of a whole layout."""
@@ -33,25 +47,22 @@ PART = re.compile(r"(s|cluster_|initial_|own_|label_|fork_)(\d+)")
 PIECE = re.compile(r"t(\d+)(_\w+)?")
 TITLE = (8.0, 4.0)
 """Points between the border of a cluster and its title, at the left and above."""
-LENGTH = 7.0
-"""Points of an arrowhead."""
-MEASURED = ("shape", "label", "width", "height", "fixedsize", "fontsize", "peripheries")
-LINK = re.compile(r' (?:href|id|title)="[^"]*"')
 SMALL = ("initial_", "own_", "label_", "fork_")
-MOST_SIZES = 20_000
-_sizes: dict[str, tuple[float, float]] = {}
-"""Sizes of boxes by their statements, which Graphviz has measured."""
+MOST_WHOLE = 120
+"""States that Graphviz lays out as one graph; its time grows with their square and more."""
+SAME = 0.5
+"""Points below which a box has not moved and has the same size."""
 
 
 class Redrawn(NamedTuple):
-    """A text for ``neato -n2``, and where everything is."""
+    """A drawing in SVG, and where everything is in it."""
 
-    text: str
+    svg: str
     placement: Placement
 
 
 def redraw(chart: Chart, text: str, old: Placement | None) -> Redrawn:
-    """Lay out the text of a chart.
+    """Draw the text of a chart.
 
     Args:
         chart: The chart that the text draws.
@@ -62,26 +73,31 @@ def redraw(chart: Chart, text: str, old: Placement | None) -> Redrawn:
         FsmkitError: ``missing-graphviz``, ``drawing-failed``.
 
     """
-    names = _Names(chart)
+    scene = _Scene(chart, ORDER.sub("", text))
     if old is None or not old.boxes:
-        content = run_graphviz(text, ("dot", "json"))
-        layout, graph = split_layout(content)
-        return Redrawn(improve_parsed(layout, graph), _placement(graph, names, (0.0, 0.0)))
-    text = ORDER.sub("", text)
-    parts = [*statements(text)]
-    items = _items(chart, names, parts, _measured(text, parts))
-    boxes = place(items, old.boxes)
-    arrows = _unchanged(parts, names, boxes, old)
-    placed = _positioned(text, parts, names, boxes, arrows)
-    content = run_graphviz(placed, ("dot", "json"), "neato -n2")
-    layout, graph = split_layout(content)
-    edits = _finish(graph, names, arrows)
-    shift = _shift(graph, names, boxes)
-    routed = _placement(graph, names, shift)
-    return Redrawn(improve_parsed(layout, graph, edits), Placement(boxes, routed.arrows))
+        old = _whole_layout(scene, text)
+    nested = scene.nested(old)
+    boxes = place(scene.placed_items(old, nested), old.boxes)
+    _equalize(chart, boxes)
+    inner = {
+        name: moved(arrow, boxes[around].x, boxes[around].y) if around else arrow
+        for name, (around, arrow) in nested.arrows.items()
+    }
+    arrows = scene.arrows(boxes, old, inner)
+    return Redrawn(scene.picture(boxes, arrows), Placement(boxes, arrows, scene.hidden(boxes, old)))
 
 
-# --- names ---------------------------------------------------------------------------------------
+def _whole_layout(scene: _Scene, text: str) -> Placement:
+    """Return the layout of a chart by Graphviz; an empty one for a chart that is too large."""
+    if sum(not item.is_small for item in scene.items) > MOST_WHOLE:
+        return Placement()
+    try:
+        _, graph = split_layout(run_graphviz(text, ("dot", "json"), is_small=True))
+    except FsmkitError as error:
+        if error.diagnostics[0].rule.name != "drawing-failed":
+            raise
+        return Placement()
+    return _placement(graph, improvements(graph), scene.names)
 
 
 class _Names:
@@ -117,72 +133,363 @@ class _Names:
         return None if found is None else self._transitions[int(found[1])] + (found[2] or "")
 
 
-# --- boxes ---------------------------------------------------------------------------------------
+# --- the parts of a drawing ----------------------------------------------------------------------
 
 
-def _measured(text: str, parts: Sequence[Statement]) -> dict[str, tuple[float, float]]:
-    """Return the width and height of each node, and of the title of each cluster."""
-    wanted = {part.owner[1]: _statement_text(text, part) for part in parts if _is_box(part)}
-    missing = [*dict.fromkeys(line for line in wanted.values() if line not in _sizes)]
-    if missing:
-        if len(_sizes) > MOST_SIZES:
-            _sizes.clear()
-        head = text[: text.index("\n", text.index("  edge [")) + 1]
-        lines = (f"n{number} [{line};" for number, line in enumerate(missing))
-        graph = split_layout(run_graphviz("\n".join((head, *lines, "}")), ("dot", "json")))[1]
-        for each in graph.get("objects", ()):
-            if "width" in each:
-                size = (float(each["width"]) * INCH, float(each["height"]) * INCH)
-                _sizes[missing[int(each["name"][1:])]] = size
-    return {name: _sizes.get(line, (54.0, 26.0)) for name, line in wanted.items()}
+@dataclass(frozen=True)
+class _Scene:
+    """The statements of a chart and what is known of them before anything has its place."""
 
+    chart: Chart
+    text: str
 
-def _is_box(part: Statement) -> bool:
-    kind, name = part.owner
-    return kind == "node" or name.startswith("cluster_")
+    @cached_property
+    def names(self) -> _Names:
+        return _Names(self.chart)
 
+    @cached_property
+    def parts(self) -> tuple[Statement, ...]:
+        return tuple(statements(self.text))
 
-def _statement_text(text: str, part: Statement) -> str:
-    """Return the attributes that decide a box's size; those of a cluster as a plain node's."""
-    kept = ("label",) if part.owner[0] == "graph" else MEASURED
-    pairs = [
-        f"{key}={LINK.sub('', text[each.start : each.end])}"
-        for key in kept
-        if (each := part.attributes.get(key)) is not None
-    ]
-    return f"{', '.join(['shape=plain'] * (part.owner[0] == 'graph') + pairs)}]"
+    @cached_property
+    def head(self) -> str:
+        """The first lines of the text, with the attributes of all nodes and arrows."""
+        return self.text[: self.text.index("\n", self.text.index("  edge [")) + 1]
 
+    @cached_property
+    def named(self) -> tuple[tuple[Statement, str], ...]:
+        """The parts that have a place, with their names."""
+        found: list[tuple[Statement, str]] = []
+        for part in self.parts:
+            kind, own = part.owner
+            name = self.names.arrow(own) if kind == "edge" else self.names.part(own)
+            if name is not None:
+                found.append((part, name))
+        return tuple(found)
 
-def _items(
-    chart: Chart,
-    names: _Names,
-    parts: Sequence[Statement],
-    sizes: Mapping[str, tuple[float, float]],
-) -> list[Item]:
-    near = _neighbours(chart)
-    items: list[Item] = []
-    for part in parts:
-        node = part.owner[1]
-        name = names.part(node) if _is_box(part) else None
-        if name is None:
-            continue
-        width, height = sizes[node]
-        is_cluster = part.owner[0] == "graph"
-        parent = names.part(part.cluster) or ""
-        if node.startswith(("label_", "fork_")):
-            beside: tuple[str, ...] = (name.split(" > ")[0],)
-        elif node.startswith(("initial_", "own_")):
-            beside = _initial_target(chart, int(node.split("_")[1]))
-        else:
-            beside = near.get(name, ())
-        items.append(
-            Item(
-                name, parent, width + (2 * TITLE[0] if is_cluster else 0),
-                height + (2 * TITLE[1] if is_cluster else 0), beside, is_cluster,
-                node.startswith(SMALL), height if is_cluster else 0,
+    @cached_property
+    def pieces(self) -> Mapping[tuple[str, str], Piece]:
+        """The piece of each node, and of the text of each composite state and arrow."""
+        wanted = {
+            part.owner: drawn_text(self.text, part)
+            for part in self.parts
+            if part.owner[0] == "node" or "label" in part.attributes
+        }
+        wanted |= {
+            ("beside", part.owner[1]): line
+            for part in self.parts
+            if (line := beside_text(self.text, part)) is not None
+        }
+        measured = measure(self.head, wanted.values())
+        return {owner: measured.get(line, Piece()) for owner, line in wanted.items()}
+
+    @cached_property
+    def items(self) -> list[Item]:
+        """The boxes to be placed, parents before their children."""
+        near = _neighbours(self.chart)
+        found: list[Item] = []
+        for part, name in self.named:
+            kind, node = part.owner
+            if kind == "edge":
+                continue
+            size = self.pieces.get(part.owner, Piece())
+            is_cluster = kind == "graph"
+            if node.startswith(("label_", "fork_")):
+                beside: tuple[str, ...] = (name.split(" > ")[0],)
+            elif node.startswith(("initial_", "own_")):
+                beside = _initial_target(self.chart, int(node.split("_")[1]))
+            else:
+                beside = near.get(name, ())
+            found.append(
+                Item(
+                    name, self.names.part(part.cluster) or "",
+                    size.width + (2 * TITLE[0] if is_cluster else 0),
+                    size.height + (2 * TITLE[1] if is_cluster else 0), beside, is_cluster,
+                    node.startswith(SMALL), size.height if is_cluster else 0,
+                )
+            )  # fmt: skip
+        return found
+
+    # --- new composite states ----------------------------------------------------------------
+
+    def nested(self, old: Placement) -> Nested:
+        """Return the layout of composite states in which nothing was drawn before."""
+        known = {
+            item.parent for item in self.items if item.name in old.boxes or item.name in old.hidden
+        }
+        inside = {item.parent for item in self.items}
+        fresh = {"", *(item.name for item in self.items if item.is_container)} & inside - known
+        if not fresh:
+            return Nested()
+        return lay_out_nested(self.head, self.items, [*self._ties()], fresh)
+
+    def _ties(self) -> Iterator[Tie]:
+        items = {item.name for item in self.items}
+        for part, name in self.named:
+            if part.owner[0] != "edge":
+                continue
+            tail, head = (
+                self.names.part(part.attributes[clip].value if clip in part.attributes else node)
+                for node, clip in (
+                    (part.head[0].split(":")[0], "ltail"),
+                    (part.head[-1].split(":")[0], "lhead"),
+                )
             )
-        )  # fmt: skip
-    return items
+            if tail in items and head in items:
+                more = ", ".join(
+                    f"{key}={self.text[each.start : each.end]}"
+                    for key in ("dir", "label")
+                    if (each := part.attributes.get(key)) is not None
+                )
+                yield Tie(name, tail, head, more)
+
+    def placed_items(self, old: Placement, nested: Nested) -> list[Item]:
+        """Return the boxes with their places in composite states that were not drawn before."""
+        found: list[Item] = []
+        for item in self.items:
+            spot = nested.places.get(item.name) or old.hidden.get(item.name)
+            width, height = nested.sizes.get(item.name, (item.width, item.height))
+            at = None if spot is None else (spot.x, spot.y)
+            found.append(replace(item, width=width, height=height, at=at))
+        return found
+
+    def hidden(self, boxes: Mapping[str, Rect], old: Placement) -> dict[str, Rect]:
+        """Return where things are in folded states, from the corners of their parents."""
+        drawn = shown(self.chart)
+        folded = {state.id: state for state in self.chart.states if state.index not in drawn}
+        found: dict[str, Rect] = {}
+        for name in (*old.hidden, *old.boxes):
+            state, _, rest = name.partition(" ")
+            owner = self.chart.state_index.get(state)
+            if name in boxes or owner is None:
+                continue
+            is_inside = rest in ("initial", "own")
+            if not (state in folded or (is_inside and not self.chart.states[owner].children)):
+                continue
+            parent = (
+                state if is_inside else self.chart.states[self.chart.states[owner].parent or 0].id
+            )
+            around = old.boxes.get(parent)
+            if name in old.boxes and around is not None:
+                box = old.boxes[name]
+                found[name] = replace(box, x=box.x - around.x, y=box.y - around.y)
+            elif name in old.hidden:
+                found[name] = old.hidden[name]
+        return found
+
+    # --- arrows ------------------------------------------------------------------------------
+
+    def arrows(
+        self, boxes: Mapping[str, Rect], old: Placement, inner: Mapping[str, Arrow]
+    ) -> dict[str, Arrow]:
+        """Return all arrows: those of unchanged ends as they were, and routed ones.
+
+        ``inner``: the arrows of composite states that were laid out anew.
+        """
+        edges = [(part, name) for part, name in self.named if part.owner[0] == "edge"]
+        kept = {**self._unchanged(edges, boxes, old), **inner}
+        nodes = {
+            part.owner[1]: Node(boxes[name], _outline(part))
+            for part, name in self.named
+            if part.owner[0] == "node" and name in boxes
+        }
+        links = [
+            link
+            for part, name in edges
+            if name not in kept and (link := self._link(part, name, boxes, nodes)) is not None
+        ]
+        if not links:
+            return kept
+        routed = route(self.head, links, nodes)
+        labels = {
+            name: piece
+            for part, name in edges
+            if (piece := self.pieces.get(part.owner)) is not None
+        }
+        obstacles = self._obstacles(boxes, (*kept.values(), *routed.values()))
+        obstacles.boxes += (
+            _around(arrow.label, labels[name])
+            for name, arrow in kept.items()
+            if arrow.label is not None and name in labels
+        )
+        for name, arrow in routed.items():
+            if name in labels:
+                size = labels[name]
+                spot = label_place(arrow, size.width, size.height, obstacles)
+                routed[name] = replace(arrow, label=spot)
+                obstacles.boxes.append(_around(spot, size))
+        return {name: found for _, name in edges if (found := kept.get(name) or routed.get(name))}
+
+    def _link(
+        self, part: Statement, name: str, boxes: Mapping[str, Rect], nodes: Mapping[str, Node]
+    ) -> Link | None:
+        tail, head = part.head[0], part.head[-1]
+        if not {tail.split(":")[0], head.split(":")[0]} <= nodes.keys():
+            return None
+        clips = (
+            boxes.get(self.names.part(part.attributes[key].value) or "")
+            if key in part.attributes
+            else None
+            for key in ("ltail", "lhead")
+        )
+        direction = part.attributes["dir"].value if "dir" in part.attributes else "forward"
+        return Link(name, tail, head, direction, (next(clips), next(clips)))
+
+    def _unchanged(
+        self,
+        edges: Sequence[tuple[Statement, str]],
+        boxes: Mapping[str, Rect],
+        old: Placement,
+    ) -> dict[str, Arrow]:
+        """Return the arrows whose ends moved alike or not at all, and that no moved box meets.
+
+        Arrows of the same ends are kept together, because they keep apart from each other.
+        """
+        moves = {name: _move(old.boxes.get(name), box) for name, box in boxes.items()}
+        leaves = {name for part, name in self.named if part.owner[0] == "node"}
+        obstacles = [
+            boxes[name] for name, move in moves.items() if move != (0.0, 0.0) and name in leaves
+        ]
+        found: dict[str, Arrow] = {}
+        lost: set[frozenset[str]] = set()
+        pairs: dict[str, frozenset[str]] = {}
+        for part, name in edges:
+            ends = {word.split(":")[0] for word in part.head if word != "->"}
+            pairs[name] = frozenset(ends)
+            ends |= {part.attributes[k].value for k in ("ltail", "lhead") if k in part.attributes}
+            shared = {moves.get(self.names.part(end) or "") for end in ends}
+            before = old.arrows.get(name)
+            if before is None or len(shared) != 1 or None in shared:
+                lost.add(pairs[name])
+                continue
+            move = shared.pop() or (0.0, 0.0)
+            before = before if move == (0.0, 0.0) else moved(before, *move)
+            if self._is_clear(part, before, obstacles):
+                found[name] = before
+            else:
+                lost.add(pairs[name])
+        return {name: arrow for name, arrow in found.items() if pairs[name] not in lost}
+
+    def _is_clear(self, part: Statement, arrow: Arrow, obstacles: Sequence[Rect]) -> bool:
+        """Whether an arrow and its label, in its present size, meet no obstacle."""
+        size = self.pieces.get(part.owner)
+        if (size is None) != (arrow.label is None):
+            return False
+        if not obstacles:
+            return True
+        if size is not None and arrow.label is not None:
+            label = _around(arrow.label, size)
+            if any(box.meets(label) for box in obstacles):
+                return False
+        return not any(box.holds(*point) for box in obstacles for point in along(arrow))
+
+    def _obstacles(self, boxes: Mapping[str, Rect], arrows: Sequence[Arrow]) -> Obstacles:
+        """Return what texts should not cover: nodes, titles, borders and arrows."""
+        nodes: list[Rect] = []
+        borders: list[Rect] = []
+        for part, name in self.named:
+            if part.owner[0] == "node":
+                nodes.append(boxes[name])
+            elif part.owner[0] == "graph":
+                box, size = boxes[name], self.pieces.get(part.owner, Piece())
+                borders.append(box)
+                nodes.append(Rect(box.x + TITLE[0], box.y + TITLE[1], size.width, size.height))
+        return Obstacles(nodes, borders, arrows)
+
+    # --- the result --------------------------------------------------------------------------
+
+    def picture(self, boxes: Mapping[str, Rect], arrows: Mapping[str, Arrow]) -> str:
+        """Return the drawing in SVG."""
+        title = self.pieces.get(("graph", self.chart.name), Piece())
+        return picture(self.chart.name, title, self._drawn(boxes, arrows))
+
+    def _drawn(self, boxes: Mapping[str, Rect], arrows: Mapping[str, Arrow]) -> Iterator[Drawn]:
+        obstacles: Obstacles | None = None
+        last: list[Drawn] = []
+        for part, name in self.named:
+            piece = self.pieces.get(part.owner)
+            links = tuple(links_of(self.text, part))
+            match part.owner[0]:
+                case "graph":
+                    box = boxes[name]
+                    if piece is None:
+                        yield Drawn(part, box)
+                        continue
+                    x = box.x + TITLE[0] + piece.width / 2
+                    y = box.y + TITLE[1] + piece.height / 2
+                    yield Drawn(part, box, (Text(piece, x, y, links),))
+                case "node":
+                    box = boxes[name]
+                    texts = [Text(piece or Piece(), *box.centre, links)]
+                    if (beside := self.pieces.get(("beside", part.owner[1]))) is not None:
+                        obstacles = obstacles or self._all_obstacles(boxes, arrows)
+                        spot = text_place(box, beside.width, beside.height, obstacles)
+                        texts.append(Text(beside, *spot))
+                        obstacles.boxes.append(texts[-1].box)
+                    last.append(Drawn(part, None, tuple(texts)))
+                case _ if (arrow := arrows.get(name)) is not None:
+                    label = (
+                        ()
+                        if piece is None or arrow.label is None
+                        else (Text(piece, *arrow.label, links),)
+                    )
+                    last.append(Drawn(part, arrow, label))
+        yield from last
+
+    def _all_obstacles(self, boxes: Mapping[str, Rect], arrows: Mapping[str, Arrow]) -> Obstacles:
+        """Return what texts beside nodes should not cover: labels of arrows, too."""
+        found = self._obstacles(boxes, [*arrows.values()])
+        found.boxes += (
+            _around(arrow.label, piece)
+            for part, name in self.named
+            if (arrow := arrows.get(name)) is not None
+            and arrow.label is not None
+            and (piece := self.pieces.get(part.owner)) is not None
+        )
+        return found
+
+
+def _around(spot: tuple[float, float], size: Piece) -> Rect:
+    """Return the rectangle of a text around its middle."""
+    return Rect(spot[0] - size.width / 2, spot[1] - size.height / 2, size.width, size.height)
+
+
+def _outline(part: Statement) -> str:
+    """Return the attributes by which Graphviz ends arrows at a node."""
+    word = part.attributes["shape"].value if "shape" in part.attributes else "box"
+    shape = {"circle": "circle", "doublecircle": "circle", "diamond": "diamond", "point": "circle"}
+    return f'shape={shape.get(word, "box")}, fixedsize=true, label="", peripheries=1'
+
+
+def _move(old: Rect | None, new: Rect) -> tuple[float, float] | None:
+    """Return by how much a box was moved; None if it is new or has another size."""
+    if old is None or max(abs(old.width - new.width), abs(old.height - new.height)) >= SAME:
+        return None
+    move = new.x - old.x, new.y - old.y
+    return (0.0, 0.0) if max(map(abs, move)) < SAME else (round(move[0], 1), round(move[1], 1))
+
+
+def _equalize(chart: Chart, boxes: dict[str, Rect]) -> None:
+    """Make the regions of each parallel state equally high where nothing is in between."""
+    for state in chart.states:
+        if state.kind is not Kind.PARALLEL or not state.children:
+            continue
+        names = [chart.states[child].id for child in state.children]
+        regions = [boxes[name] for name in names if name in boxes]
+        if not regions:
+            continue
+        top, bottom = min(r.y for r in regions), max(r.bottom for r in regions)
+        beside = [
+            box for key, box in boxes.items() if key.split(" ")[0] == state.id and key != state.id
+        ]
+        for name in names:
+            if name not in boxes:
+                continue
+            old = boxes[name]
+            grown = Rect(old.x, top, old.width, bottom - top)
+            others = (boxes[other] for other in names if other != name and other in boxes)
+            if not any(grown.meets(box) for box in (*others, *beside)):
+                boxes[name] = grown
 
 
 def _initial_target(chart: Chart, state: int) -> tuple[str, ...]:
@@ -208,280 +515,32 @@ def _neighbours(chart: Chart) -> dict[str, tuple[str, ...]]:
     return {name: tuple(dict.fromkeys(others)) for name, others in found.items()}
 
 
-# --- arrows --------------------------------------------------------------------------------------
+# --- a whole layout -----------------------------------------------------------------------------
 
 
-def _unchanged(
-    parts: Sequence[Statement], names: _Names, boxes: Mapping[str, Rect], old: Placement
-) -> dict[str, Arrow]:
-    """Return the arrows whose ends moved alike or not at all, and that no moved box meets."""
-    moves = {name: _move(old.boxes.get(name), box) for name, box in boxes.items()}
-    moved = {name for name, move in moves.items() if move != (0.0, 0.0)}
-    leaves = {names.part(part.owner[1]) for part in parts if part.owner[0] == "node"}
-    obstacles = [boxes[name] for name in moved if name in leaves]
-    found: dict[str, Arrow] = {}
-    for part in parts:
-        if part.owner[0] != "edge" or (name := names.arrow(part.owner[1])) is None:
-            continue
-        before = old.arrows.get(name)
-        ends = {names.part(word.split(":")[0]) for word in part.head if word != "->"}
-        ends |= {
-            names.part(part.attributes[key].value)
-            for key in ("ltail", "lhead")
-            if key in part.attributes
-        }
-        shared = {moves.get(end) if end else None for end in ends}
-        if before is None or len(shared) != 1 or None in shared:
-            continue
-        before = _moved(before, *(shared.pop() or (0.0, 0.0)))
-        if not any(box.holds(*point) for box in obstacles for point in _along(before)):
-            found[name] = before
-    return found
-
-
-def _move(old: Rect | None, new: Rect) -> tuple[float, float] | None:
-    """Return by how much a box was moved; None if it is new or has another size."""
-    if old is None or max(abs(old.width - new.width), abs(old.height - new.height)) >= 0.5:
-        return None
-    move = new.x - old.x, new.y - old.y
-    return (0.0, 0.0) if max(map(abs, move)) < 0.5 else (round(move[0], 1), round(move[1], 1))
-
-
-def _moved(arrow: Arrow, dx: float, dy: float) -> Arrow:
-    return Arrow(
-        tuple((x + dx, y + dy) for x, y in arrow.points),
-        tuple((end, x + dx, y + dy) for end, x, y in arrow.heads),
-        None if arrow.label is None else (arrow.label[0] + dx, arrow.label[1] + dy),
-    )
-
-
-def _along(arrow: Arrow) -> Iterator[tuple[float, float]]:
-    """Yield points of a curve."""
-    for a, b, c, d in _pieces(arrow.points):
-        for step in range(6):
-            yield _bezier(a, b, c, d, step / 6)
-
-
-def _positioned(
-    text: str,
-    parts: Sequence[Statement],
-    names: _Names,
-    boxes: Mapping[str, Rect],
-    arrows: Mapping[str, Arrow],
-) -> str:
-    """Return the text with the places of boxes and of unchanged arrows."""
-    pieces: list[str] = []
-    done = 0
-    for part in parts:
-        kind, own = part.owner
-        new: list[str] = []
-        name = (names.part(own) if kind != "edge" else names.arrow(own)) or ""
-        if kind == "graph" and not own.startswith("cluster_"):
-            new = ["splines=true"]
-        elif kind == "edge" and name in arrows:
-            new = _arrow_attributes(arrows[name])
-        elif kind != "edge" and name in boxes:
-            box = boxes[name]
-            if kind == "graph":
-                title = _sizes.get(_statement_text(text, part), (0.0, 0.0))
-                x = box.x + TITLE[0] + title[0] / 2
-                y = box.y + TITLE[1] + title[1] / 2
-                new = [
-                    f'bb="{box.x:.5g},{-box.bottom:.5g},{box.right:.5g},{-box.y:.5g}"',
-                    f'lp="{x:.5g},{-y:.5g}"',
-                ]
-            else:
-                x, y = box.centre
-                new = [f'pos="{x:.6g},{-y:.6g}"']
-        pieces += (text[done : part.inside], "".join(f"{each}, " for each in new))
-        done = part.inside
-    return "".join((*pieces, text[done:]))
-
-
-def _arrow_attributes(arrow: Arrow) -> list[str]:
-    heads = [f"{end},{x:.6g},{-y:.6g}" for end, x, y in arrow.heads]
-    new = [f'pos="{format_curve(heads, ((x, -y) for x, y in arrow.points))}"']
-    if arrow.label is not None:
-        new.append(f'lp="{arrow.label[0]:.6g},{-arrow.label[1]:.6g}"')
-    return new
-
-
-def _shift(graph: Any, names: _Names, boxes: Mapping[str, Rect]) -> tuple[float, float]:
-    """Return by how much Graphviz moved the whole drawing."""
-    for each in graph.get("objects", ()):
-        name = names.part(each["name"]) or ""
-        if "pos" in each and name in boxes:
-            (x, y), (left, top) = numbers(each["pos"]), boxes[name].centre
-            return x - left, y + top
-    return 0.0, 0.0
-
-
-# --- the result ----------------------------------------------------------------------------------
-
-
-def _placement(graph: Any, names: _Names, shift: tuple[float, float]) -> Placement:
-    """Return where a layout has its parts; after a whole layout, from its upper left corner."""
-    dx, dy = shift
-    if shift == (0.0, 0.0) and "bb" in graph:
-        dy = numbers(graph["bb"])[3]
+def _placement(graph: Any, edits: Edits, names: _Names) -> Placement:
+    """Return where a layout has its parts, from its upper left corner."""
+    height = numbers(graph["bb"])[3] if "bb" in graph else 0.0
     boxes: dict[str, Rect] = {}
     for each in graph.get("objects", ()):
         name = names.part(each["name"])
         if name is None:
             continue
         if "bb" in each:
-            left, bottom, right, top = numbers(each["bb"])
-            boxes[name] = Rect(left - dx, dy - top, right - left, top - bottom)
+            changed = edits.get(("graph", each["name"]), {})
+            left, bottom, right, top = numbers(changed.get("bb", each["bb"]))
+            boxes[name] = Rect(left, height - top, right - left, top - bottom)
         elif "pos" in each:
             x, y = numbers(each["pos"])
-            width, height = float(each["width"]) * INCH, float(each["height"]) * INCH
-            boxes[name] = Rect(x - width / 2 - dx, dy - y - height / 2, width, height)
+            width, tall = float(each["width"]) * INCH, float(each["height"]) * INCH
+            boxes[name] = Rect(x - width / 2, height - y - tall / 2, width, tall)
     arrows: dict[str, Arrow] = {}
     for each in graph.get("edges", ()):
         name = names.arrow(each.get("id", ""))
         if name is None or "pos" not in each or ";" in each["pos"]:
             continue
-        words = [word for word in each["pos"].split() if word[0] in "se"]
-        heads = ((word[0], *numbers(word[2:])) for word in words)
-        label = numbers(each["lp"]) if "lp" in each else None
-        arrows[name] = Arrow(
-            tuple((x - dx, dy - y) for x, y in control_points(each["pos"])),
-            tuple((end, x - dx, dy - y) for end, x, y in heads),
-            None if label is None else (label[0] - dx, dy - label[1]),
-        )
+        spot = edits.get(("edge", each["id"]), {}).get("lp", each.get("lp"))
+        label = None if spot is None else numbers(spot)
+        arrow = arrow_of(each["pos"], None if label is None else (label[0], label[1]))
+        arrows[name] = moved(arrow, 0, height)
     return Placement(boxes, arrows)
-
-
-# --- arrows of composite states ------------------------------------------------------------------
-
-_Point = tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Border:
-    left: float
-    bottom: float
-    right: float
-    top: float
-
-    def holds(self, point: _Point) -> bool:
-        return self.left <= point[0] <= self.right and self.bottom <= point[1] <= self.top
-
-
-def _finish(graph: Any, names: _Names, unchanged: Mapping[str, Arrow]) -> Edits:
-    """Finish the arrows that ``neato`` has routed; change the graph and return the changes.
-
-    An arrow that starts or ends at a cluster (``ltail``, ``lhead``) leads to a node in it, and is
-    cut at the border. Labels are put beside the middle of their arrows.
-    """
-    borders = {
-        each["name"]: _Border(*numbers(each["bb"]))
-        for each in graph.get("objects", ())
-        if "bb" in each
-    }
-    edits: Edits = {}
-    for each in graph.get("edges", ()):
-        tail, head = borders.get(each.get("ltail", "")), borders.get(each.get("lhead", ""))
-        if "pos" not in each or ";" in each["pos"] or names.arrow(each.get("id", "")) in unchanged:
-            continue
-        points, tips = control_points(each["pos"]), each["pos"].split()
-        start = next((w for w in tips if w.startswith("s,")), None)
-        end = next((w for w in tips if w.startswith("e,")), None)
-        curves = [*_pieces(points)]
-        if tail is not None:
-            curves, start = _cut(curves, tail, start, "s")
-        if head is not None:
-            reverse = [piece[::-1] for piece in reversed(curves)]
-            cut, end = _cut(reverse, head, end, "e")
-            curves = [piece[::-1] for piece in reversed(cut)]
-        if not curves:
-            continue
-        path = [curves[0][0], *(point for piece in curves for point in piece[1:])]
-        new = {"pos": format_curve([w for w in (start, end) if w], path)}
-        if "lp" in each:
-            new["lp"] = _beside(each, curves)
-        each["pos"] = new["pos"]
-        edits["edge", each.get("id", "")] = new
-    return edits
-
-
-_Piece = tuple[_Point, _Point, _Point, _Point]
-
-
-def _pieces(points: Sequence[_Point]) -> Iterator[_Piece]:
-    return zip(points[0::3], points[1::3], points[2::3], points[3::3], strict=False)
-
-
-def _cut(
-    curves: list[_Piece], border: _Border, tip: str | None, end: str
-) -> tuple[list[_Piece], str | None]:
-    """Cut the start of a curve off where it leaves a border; move the tip of an arrow there."""
-    for number, piece in enumerate(curves):
-        if border.holds(piece[3]):
-            continue
-        if not border.holds(piece[0]):
-            break
-        low, high = 0.0, 1.0
-        for _ in range(20):
-            middle = (low + high) / 2
-            low, high = (middle, high) if border.holds(_bezier(*piece, middle)) else (low, middle)
-        at = _bezier(*piece, low)
-        rest = [_second_half(piece, low), *curves[number + 1 :]]
-        if tip is None:
-            return rest, None
-        new_tip = f"{end},{at[0]:.5g},{at[1]:.5g}"
-        return _shorten(rest), new_tip
-    return curves, tip
-
-
-def _shorten(curves: list[_Piece]) -> list[_Piece]:
-    """Start a curve an arrowhead later."""
-    start = curves[0][0]
-    for number, piece in enumerate(curves):
-        if _distance(start, piece[3]) < LENGTH and number + 1 < len(curves):
-            continue
-        low, high = 0.0, 0.9
-        for _ in range(20):
-            middle = (low + high) / 2
-            is_near = _distance(start, _bezier(*piece, middle)) < LENGTH
-            low, high = (middle, high) if is_near else (low, middle)
-        return [_second_half(piece, low), *curves[number + 1 :]]
-    return curves
-
-
-def _beside(edge: dict[str, Any], curves: Sequence[_Piece]) -> str:
-    """Move the label of an arrow beside the middle of its curve; return its new middle."""
-    x, y = numbers(edge["lp"])
-    middle = _bezier(*curves[len(curves) // 2], 0.5 if len(curves) % 2 else 0.0)
-    texts = [each for each in edge.get("_ldraw_", ()) if each["op"] == "T"]
-    half = max((each["width"] for each in texts), default=0.0) / 2
-    dx, dy = middle[0] + half + 4 - x, middle[1] - y
-    for each in texts:
-        each["pt"] = [each["pt"][0] + dx, each["pt"][1] + dy]
-    edge["lp"] = f"{x + dx:.5g},{y + dy:.5g}"
-    return str(edge["lp"])
-
-
-def _distance(one: _Point, other: _Point) -> float:
-    return float(((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2) ** 0.5)
-
-
-def _bezier(a: _Point, b: _Point, c: _Point, d: _Point, t: float) -> tuple[float, float]:
-    u = 1 - t
-    x, y = (
-        u**3 * p + 3 * u * u * t * q + 3 * u * t * t * r + t**3 * s
-        for p, q, r, s in zip(a, b, c, d, strict=True)
-    )
-    return x, y
-
-
-def _second_half(piece: _Piece, t: float) -> _Piece:
-    """Return the part of a curve after a parameter (de Casteljau)."""
-    a, b, c, d = piece
-
-    def mix(p: _Point, q: _Point) -> _Point:
-        return tuple(v + (w - v) * t for v, w in zip(p, q, strict=True))
-
-    ab, bc, cd = mix(a, b), mix(b, c), mix(c, d)
-    abc, bcd = mix(ab, bc), mix(bc, cd)
-    return mix(abc, bcd), bcd, cd, d

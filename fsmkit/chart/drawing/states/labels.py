@@ -44,7 +44,7 @@ class Label:
 def label(chart: Chart, transition: Transition, width: int = WIDTH) -> Label:
     """Return the label of a transition; a default one has only actions."""
     return Label(
-        tuple(textwrap.wrap(trigger(chart, transition), width, break_long_words=False)),
+        _trigger_lines(trigger(chart, transition), width),
         guard(chart, transition, width),
         actions("/ ", transition.content, chart, width),
     )
@@ -126,6 +126,8 @@ def _branches(
 
 def wrapped(text: str, width: int, margin: str) -> tuple[str, ...]:
     """Return a text in lines, those after the first with a margin."""
+    if _is_line(text, width):
+        return (text,)
     return tuple(
         textwrap.wrap(
             text,
@@ -136,6 +138,18 @@ def wrapped(text: str, width: int, margin: str) -> tuple[str, ...]:
             drop_whitespace=True,
         )
     )
+
+
+def _trigger_lines(text: str, width: int) -> tuple[str, ...]:
+    """Return a trigger in lines."""
+    if _is_line(text, width):
+        return (text,)
+    return tuple(textwrap.wrap(text, width, break_long_words=False))
+
+
+def _is_line(text: str, width: int) -> bool:
+    """Whether wrapping leaves a text as it is, which is most often so."""
+    return 0 < len(text) <= width and text.isprintable() and text == text.strip()
 
 
 def cut(lines: tuple[str, ...]) -> tuple[str, ...]:

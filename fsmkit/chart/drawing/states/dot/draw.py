@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import PurePath
 
 from fsmkit.chart.chart import Chart, State, Transition
@@ -449,7 +449,12 @@ def _class_of(transition: Transition) -> str:
 def _place(span: Span) -> str:
     """Return a source location: the name of the file, and the line."""
     line, _ = span.source.position(span.start)
-    return f"{PurePath(span.source.name).name}:{line}"
+    return f"{_file_name(span.source.name)}:{line}"
+
+
+@lru_cache(maxsize=64)
+def _file_name(path: str) -> str:
+    return PurePath(path).name
 
 
 def _ink(origin: Origin) -> str:
