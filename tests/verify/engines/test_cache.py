@@ -320,11 +320,11 @@ def test_a_folder_of_parts_that_is_emptied_is_filled_again(
     emptied: list[int] = []
     compiles = Builder._compile
 
-    def compile_(self: Builder, tasks: Any, place: Path, made: Any) -> None:
-        if tasks and "-c" not in tasks[0] and len(emptied) < 1:
+    def compile_(self: Builder, shares: Any, place: Path, made: Any) -> None:
+        if shares and "-c" not in shares[0][0] and len(emptied) < 1:
             emptied.append(len(list(parts.iterdir())))
             shutil.rmtree(parts.parent)
-        compiles(self, tasks, place, made)
+        compiles(self, shares, place, made)
 
     monkeypatch.setattr(Builder, "_compile", compile_)
     core = {"one.c": "int one(void) { return 1; }"}

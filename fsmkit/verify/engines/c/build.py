@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from fsmkit.diagnostics import Findings, FsmkitError, fail
 from fsmkit.verify.engines.c.cache import Cache, UnusableError, cache_folder
@@ -19,9 +20,19 @@ from fsmkit.verify.resources.children import run
 from fsmkit.verify.resources.deadline import Deadline, Stage
 
 PROGRAM = "explore"
+CORE = "core"
+"""The folder of the sources of the core, beside those of a system."""
 INCLUDES = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.MULTILINE)
 END = "[ $code -gt 128 ] && kill -$((code - 128)) $$\nexit $code"
 """Shell code that ends by the same signal as one of its children."""
+
+
+class Unit(NamedTuple):
+    """A file to compile: its path, that of its object and options for it alone."""
+
+    source: str
+    made: str
+    options: tuple[str, ...]
 
 
 class Builder:
@@ -72,12 +83,13 @@ class Builder:
         if found is not None:
             return found / PROGRAM
         with self._deadline.stage(Stage.COMPILING):
-            objects = self._objects(core)
             folder = self._folder()
             headers = {name: text for name, text in core.items() if name.endswith(".h")}
             sources = _write({**headers, **files}, folder)
-            arguments = [*options, *sources, *map(str, objects), "-o", PROGRAM]
-            self._compile([arguments], folder, [PROGRAM])
+            own = [Unit(source, f"{Path(source).stem}.o", tuple(options)) for source in sources]
+            objects = self._objects(core, folder, own)
+            made = [*(unit.made for unit in own), *map(str, objects), "-o", PROGRAM]
+            self._compile([[made]], folder, [PROGRAM])
             return self._keep(name, {PROGRAM: folder / PROGRAM}) / PROGRAM
 
     def _link(
@@ -97,19 +109,15 @@ class Builder:
             / f"{self._name([_with_includes(source, whole), dict.fromkeys(options, '')])}.o"
             for source in sources
         }
-        core_objects = list(map(str, self._objects(core)))
         for is_last in (False, True):
             missing = [source for source in sources if not made[source].is_file()]
-            tasks = [["-c", *options, source, "-o", f"{Path(source).stem}.o"] for source in missing]
-            for at in range(0, len(tasks), self._processors):
-                wave = slice(at, at + self._processors)
-                self._compile(tasks[wave], folder, [f"{Path(s).stem}.o" for s in missing[wave]])
+            own = [Unit(source, f"{Path(source).stem}.o", tuple(options)) for source in missing]
+            core_objects = list(map(str, self._objects(core, folder, own)))
             try:
                 for source in missing:
                     _put(folder / f"{Path(source).stem}.o", made[source])
-                self._compile(
-                    [[*map(str, made.values()), *core_objects, "-o", PROGRAM]], folder, [PROGRAM]
-                )
+                linked = [*map(str, made.values()), *core_objects, "-o", PROGRAM]
+                self._compile([[linked]], folder, [PROGRAM])
             except OSError as error:
                 raise _folder_error(error) from error
             except FsmkitError:
@@ -119,18 +127,20 @@ class Builder:
                 break
         return folder / PROGRAM
 
-    def _objects(self, core: Mapping[str, str]) -> list[Path]:
+    def _objects(self, core: Mapping[str, str], folder: Path, others: Sequence[Unit]) -> list[Path]:
+        """Return the objects of the core; other units in the folder are compiled beside them."""
         name = f"core-{self._name([core])}"
         kept = self._find(name)
+        units = list(others)
         if kept is None:
-            folder = self._folder()
-            sources = _write(core, folder)
-            made = {
-                f"{Path(source).stem}.o": folder / f"{Path(source).stem}.o" for source in sources
-            }
-            shares = [sources[at :: self._processors] for at in range(self._processors)]
-            self._compile([["-c", *share] for share in shares if share], folder, made)
-            kept = self._keep(name, made)
+            sources = _write({f"{CORE}/{path}": text for path, text in core.items()}, folder)
+            units += [
+                Unit(source, f"{CORE}/{Path(source).stem}.o", (f"-I{CORE}",)) for source in sources
+            ]
+        self._compile(_shares(units, folder), folder, [unit.made for unit in units])
+        if kept is None:
+            made = (folder / unit.made for unit in units[len(others) :])
+            kept = self._keep(name, {path.name: path for path in made})
         return sorted(kept.glob("*.o"))
 
     def _name(self, texts: Iterable[Mapping[str, str]]) -> str:
@@ -174,16 +184,23 @@ class Builder:
             raise _folder_error(error) from error
         return Path(self._held.enter_context(made))
 
-    @property
-    def _processors(self) -> int:
-        return os.cpu_count() or 1
+    def _compile(
+        self, shares: Sequence[Sequence[Sequence[str]]], folder: Path, made: Iterable[str]
+    ) -> None:
+        """Run the compiler with the arguments in each share, and the shares in parallel.
 
-    def _compile(self, tasks: Sequence[Sequence[str]], folder: Path, made: Iterable[str]) -> None:
-        """Run the compiler for all tasks in parallel, with its temporary files in the folder."""
+        Temporary files are in the folder. Raises `FsmkitError` if it fails, or does not write the
+        files ``made``.
+        """
         command = self._compiler[0]
+        commands = [
+            [[*self._compiler, "-I.", *arguments] for arguments in share] for share in shares
+        ]
+        if not commands:
+            return
         try:
             done = run(
-                _parallel_command([[*self._compiler, "-I.", *arguments] for arguments in tasks]),
+                _parallel_command(commands),
                 seconds=self._deadline.left,
                 folder=folder,
                 environment={"TMPDIR": str(folder), "LC_ALL": "C"},
@@ -233,12 +250,29 @@ def _with_includes(source: str, files: Mapping[str, str]) -> dict[str, str]:
     return found
 
 
-def _parallel_command(commands: Sequence[Sequence[str]]) -> Sequence[str]:
-    """Return the command that runs several and ends when all have, with the code of a failure."""
-    if len(commands) == 1:
-        return commands[0]
-    begin = [f"{shlex.join(command)} & p{n}=$!" for n, command in enumerate(commands)]
-    end = [f"wait $p{n} || code=$?" for n in range(len(commands))]
+def _shares(units: Iterable[Unit], folder: Path) -> list[list[list[str]]]:
+    """Return the arguments for all units, in a share of similar length for each processor."""
+    shares: list[list[list[str]]] = [[] for _ in range(os.cpu_count() or 1)]
+    lengths = [0] * len(shares)
+    for length, unit in sorted(((folder / unit.source).stat().st_size, unit) for unit in units)[
+        ::-1
+    ]:
+        least = lengths.index(min(lengths))
+        lengths[least] += length
+        shares[least].append([*unit.options, "-c", unit.source, "-o", unit.made])
+    return [share for share in shares if share]
+
+
+def _parallel_command(shares: Sequence[Sequence[Sequence[str]]]) -> Sequence[str]:
+    """Return the command that runs the shares in parallel, each until its first failure.
+
+    It ends when all have ended, with the code of a failure.
+    """
+    if len(shares) == 1 and len(shares[0]) == 1:
+        return shares[0][0]
+    lines = [" && ".join(map(shlex.join, share)) for share in shares]
+    begin = [f"{{ {line}; }} & p{n}=$!" for n, line in enumerate(lines)]
+    end = [f"wait $p{n} || code=$?" for n in range(len(lines))]
     return ("sh", "-c", "\n".join(["code=0", *begin, *end, END]))
 
 
@@ -258,7 +292,7 @@ def _write(files: Mapping[str, str], folder: Path) -> list[str]:
     """Write files, and return the names of those to compile."""
     try:
         for name, text in files.items():
-            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")
     except OSError as error:
         raise _folder_error(error) from error
