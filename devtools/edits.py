@@ -24,10 +24,11 @@ from devtools.random_charts.choices import Choices, SeededChoices
 from fsmkit.diagnostics import FsmkitError, Source
 from fsmkit.diagnostics.fixes import apply_edits, is_xml
 from fsmkit.document import keys
-from fsmkit.document.document import DocState, Document, Kind, Trigger
+from fsmkit.document.document import DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.keys import Form
 from fsmkit.editor.editing import operations as op
 from fsmkit.editor.editing.applying import REMOVING, apply, inverted, read
+from fsmkit.editor.editing.clipboard import copied
 from fsmkit.editor.editing.documents import all_states, transformed
 from fsmkit.editor.editing.xml_edits import XmlFile, xml_remarks
 from fsmkit.editor.editing.yaml_edits import located_states
@@ -47,6 +48,10 @@ STATEMENTS = (
 )
 LABELS = ("go", "go stop", "stop", "", "*", "error.*", "a, b")
 DELAYS = ("5s", "100ms", "", "1m")
+TEXTS = (
+    "hello", "chart: X", "a: b", "{", "states: [x]", "- 3", "on: {go: x}", "x:\n  on: {go: x}",
+    "transitions: [{after: 5s, target: x}]", "states: {pasted: {}}\ntransitions: [{always: true}]",
+)  # fmt: skip
 DOCS = ("", "A word", "It is: long, and has # signs.", "two\nlines", "'quoted' \"text\"")
 DECLARED = (
     ("constants", "K", "5"), ("constants", "SPEED", "2 * 3"), ("data", "extra", "0..9 = 0"),
@@ -114,6 +119,11 @@ def random_operation(choices: Choices, document: Document) -> op.Operation:
     parent = choices.pick((op.CHART, *ids))
     number = choices.integer(0, 20)
     match number:
+        case 0 if choices.chance(50):
+            found: list[DocState | DocTransition] = [*states]
+            found += [one for source in states for one in source.transitions]
+            text = choices.pick((*TEXTS, "")) if choices.chance(20) or not found else ""
+            return op.Paste(parent, text or copied(document, choices.some(found, 2)))
         case 0 | 1:
             return op.AddState(parent, name(), choices.pick(list(Kind)), before(parent))
         case 2:

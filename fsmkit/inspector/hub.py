@@ -153,11 +153,11 @@ class Hub:
                 course.give(entry)
         self._welcome_all()
 
-    def _show(self, course: Course, begin: Moment | None, end: Sequence[Json] = ()) -> None:
+    def _show(self, course: Course, start: Moment | None, end: Sequence[Json] = ()) -> None:
         """Let the clients look at the start of another course; ``end``: why its source ends."""
         clients = self.view.clients
         self.system, self.simulation = course.simulation.system, course.simulation
-        self.view = View(course, begin)
+        self.view = View(course, start)
         self.view.clients = clients
         self._points.set_system(self.system)
         self._end = list(end)

@@ -13,6 +13,7 @@ from fsmkit.document import keys
 from fsmkit.document.document import HISTORIES, DocState, DocTransition, Document, Kind, Trigger
 from fsmkit.document.keys import Form
 from fsmkit.editor.editing import operations as op
+from fsmkit.editor.editing.clipboard import read_parts
 from fsmkit.editor.editing.values import (
     LISTS,
     new_text,
@@ -60,6 +61,8 @@ def transformed(document: Document, operation: op.Operation) -> Document:
     match operation:
         case op.AddState(parent, name, kind, before):
             return _add_state(document, parent, name, kind, before)
+        case op.Paste(parent, text):
+            return _paste(document, parent, text)
         case op.RemoveState(name):
             return _remove_state(document, name)
         case op.MoveState(name, parent, before):
@@ -268,6 +271,25 @@ def _add_state(
     text = new_text(name)
     child = DocState(text, kind, text.span)
     return _update(document, parent, lambda s: _grown(s, child, before))
+
+
+def _paste(document: Document, parent: str, text: str) -> Document:
+    states, transitions = read_parts(document, text, _ids(all_states(document)))
+    if states:
+        _require_parent(document, parent)
+        for name in _ids(one for state in states for one in descendants(state)):
+            _require_name(name)
+    for one in transitions:
+        _require_source(state_of(document, parent), one.trigger)
+
+    def grown(state: DocState) -> DocState:
+        for child in states:
+            state = _grown(state, child, None)
+        for one in transitions:
+            state = replace(state, transitions=_placed(state.transitions, one))
+        return state
+
+    return _update(document, parent, grown)
 
 
 def _remove_state(document: Document, name: str) -> Document:

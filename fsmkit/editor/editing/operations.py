@@ -32,6 +32,18 @@ class AddState:
 
 
 @dataclass(frozen=True, slots=True)
+class Paste:
+    """Add states and transitions that were copied as YAML text.
+
+    States become children of ``parent``; transitions leave ``parent``. A state whose name is taken
+    gets a number.
+    """
+
+    parent: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class RemoveState:
     """Remove a state, its descendants, and all references to them in targets."""
 
@@ -228,6 +240,7 @@ class UnwrapState:
 
 Operation = (
     AddState
+    | Paste
     | RemoveState
     | MoveState
     | RenameSymbol

@@ -106,6 +106,33 @@ def renaming_of(workspace: Workspace, path: Path, operation: RenameSymbol) -> Re
         FsmkitError: ``edit-rejected`` if the chart has no such symbol, or the name is impossible.
 
     """
+    found = _symbols(workspace, path, operation)
+    try:
+        return renamed(workspace, found, operation.name, operation.new)
+    except RenameError as error:
+        raise rejected(str(error), help="use another name") from error
+
+
+def rename_edits(
+    source: Source, operation: RenameSymbol, *, is_whole: bool = True
+) -> tuple[Edit, ...]:
+    """Return the edits of one file, of which no other file is known.
+
+    With ``is_whole`` false, the text is a part of a chart: names that it does not declare stay, and
+    the new name is not compared with them.
+    """
+    path = Path(normal(Path(source.name)))
+    workspace = Workspace()
+    workspace.set_text(path, source.text.encode("utf-8", "surrogatepass"))
+    if is_whole:
+        places = renaming_of(workspace, path, operation).places.get(path, ())
+    else:
+        symbols = _symbols(workspace, path, operation)
+        places = _places(workspace, symbols, operation.name).get(path, ())
+    return tuple(Edit(Span(source, s.start, s.end), operation.new) for s in places)
+
+
+def _symbols(workspace: Workspace, path: Path, operation: RenameSymbol) -> frozenset[Symbol]:
     found = {
         symbol
         for occurrence in workspace.uses(path).occurrences
@@ -116,19 +143,7 @@ def renaming_of(workspace: Workspace, path: Path, operation: RenameSymbol) -> Re
         raise rejected(
             f"the chart has no {operation.kind} `{operation.name}`", help="select another item"
         )
-    try:
-        return renamed(workspace, frozenset(found), operation.name, operation.new)
-    except RenameError as error:
-        raise rejected(str(error), help="use another name") from error
-
-
-def rename_edits(source: Source, operation: RenameSymbol) -> tuple[Edit, ...]:
-    """Return the edits of one file, of which no other file is known."""
-    path = Path(normal(Path(source.name)))
-    workspace = Workspace()
-    workspace.set_text(path, source.text.encode("utf-8", "surrogatepass"))
-    places = renaming_of(workspace, path, operation).places.get(path, ())
-    return tuple(Edit(Span(source, s.start, s.end), operation.new) for s in places)
+    return frozenset(found)
 
 
 def require_legal(new: str, symbols: Iterable[Symbol]) -> None:

@@ -358,7 +358,7 @@ class XmlFile:
                 element.set("state", "" if state.id is None else state.id.value)
 
             return self._built(build)[0]
-        if not state.children:
+        if not any(id(one.span) in self.tags for one in _inside(state)):
             return self._built(lambda p: writer.add_state(p, state))[0]
         bare = replace(state, children=(), kind=Kind.ATOMIC)
         built = self._built(lambda p: writer.add_state(p, bare))[0]
@@ -563,6 +563,12 @@ def _second(
     build: Callable[[etree._Element, Any], object], one: Any, parent: etree._Element
 ) -> object:
     return build(parent, one)
+
+
+def _inside(state: DocState) -> Iterator[DocState]:
+    for child in state.children:
+        yield child
+        yield from _inside(child)
 
 
 def _all(document: Document) -> Iterator[DocState]:

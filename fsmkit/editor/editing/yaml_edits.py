@@ -278,9 +278,10 @@ class _Editor:
         return item
 
     def _new_state(self, state: DocState) -> Item:
-        tree = self.writer.states((_bare(state),), "state")
+        is_new = not any(id(one.span) in self.states for one in _inside(state))
+        tree = self.writer.states((state if is_new else _bare(state),), "state")
         (key, value), *_ = tree.items()
-        if not state.children:
+        if is_new:
             return new_item(key, value)
         inner = Item(
             Node(items=[self._state(child) for child in state.children], is_block=True),
@@ -668,6 +669,12 @@ def _all(document: Document) -> Iterator[DocState]:
         state = pending.pop()
         yield state
         pending += state.children
+
+
+def _inside(state: DocState) -> Iterator[DocState]:
+    for child in state.children:
+        yield child
+        yield from _inside(child)
 
 
 def _words(text: str | None) -> list[str]:

@@ -484,7 +484,8 @@ class YamlFile:
                 part = "".join(f"{' ' * (margin + 2)}{r}\n" for r in above) + part
             inner += part if part.endswith("\n") else f"{part}\n"
         if item.key is None:
-            return f"{head} {inner.lstrip()}"
+            remark = f"{' ' * margin}{behind.strip()}\n" if behind else ""
+            return f"{remark}{head} {inner.lstrip()}"
         return f"{head}{behind}\n{inner}"
 
     def _needs_block(self, node: Node) -> bool:

@@ -222,6 +222,72 @@ async function setLabel(what, text) {
   return edit(operations, () => { selected = transitionLike(source, { ...one, trigger, label, keys: { if: [guard] } }) || what; });
 }
 
+// --- clipboard ------------------------------------------------------------------------------------
+
+const HELD = /^\s*(-\s|(transitions|on|after|every|always|sometimes)\s*:)/; // a text of transitions
+let copiedText = {}; // the YAML text of the selected item; of: the item, hash: of the file
+let lastCopied = ""; // the item that was put into the clipboard
+QUESTIONS.add("copy");
+
+/** Return the selected item as YAML text, or undefined. */
+async function copyText() {
+  const [of, { hash }, { kind, id, source, index }] = [JSON.stringify(selected), documentOf, selected];
+  if (copiedText.of === of && copiedText.hash === hash) return copiedText.text;
+  const text = await say("copy", { items: [kind === "state" ? { state: id } : { state: source, index }] });
+  if (text !== undefined) copiedText = { of, hash, text };
+  return text;
+}
+
+/** Whether an event of the clipboard is for the drawing, not for a text. */
+const isForDrawing = (event) => isEditing && documentOf && documentOf.read && !event.target.matches("input:not([type=checkbox]), textarea") && (event.type === "paste" || getSelection().isCollapsed);
+
+function copy(event) {
+  if (!isForDrawing(event) || !selected) return;
+  event.preventDefault();
+  lastCopied = JSON.stringify(selected);
+  if (copiedText.of === JSON.stringify(selected) && copiedText.hash === documentOf.hash) event.clipboardData.setData("text/plain", copiedText.text);
+  else copyText().then((text) => { if (text !== undefined) navigator.clipboard.writeText(text); });
+  if (event.type === "cut") removeSelected();
+}
+
+/** Add the parts of a text; `parent` is the parent of its states and the source of its transitions. */
+function paste(text, parent) {
+  const known = new Set(documentOf.states.map((each) => each.id));
+  const words = ({ trigger, label, targets, keys }) => JSON.stringify([trigger, label, targets, keys]);
+  const before = ((stateOf(parent) || {}).transitions || []).map(words);
+  return edit([{ op: "Paste", parent, text }], () => {
+    const state = documentOf.states.find((each) => !known.has(each.id) && (each.parent || "") === parent);
+    if (state) { selected = { kind: "state", id: state.id }; return; }
+    const after = ((stateOf(parent) || {}).transitions || []).map(words);
+    const index = after.findLastIndex((each) => after.filter((one) => one === each).length > before.filter((one) => one === each).length);
+    if (index >= 0) selected = { kind: "transition", source: parent, index };
+  });
+}
+
+/** Return the parent of the selected state, or the source of the selected transition. */
+const aroundSelected = () => (selected.kind === "state" ? stateOf(selected.id).parent || "" : selected.source);
+
+/** Paste states into the selected composite, or beside the selected item, and transitions to the selected state. */
+function pasteFrom(event) {
+  if (!isForDrawing(event)) return;
+  event.preventDefault();
+  const text = event.clipboardData.getData("text/plain");
+  const state = selected && stateOf(selected.kind === "state" ? selected.id : selected.source);
+  if (HELD.test(text)) paste(text, state ? state.id : "");
+  else if (!state) paste(text, "");
+  else if (selected.kind === "state" && ["compound", "parallel"].includes(state.kind) && lastCopied !== JSON.stringify(selected)) paste(text, state.id);
+  else paste(text, state.parent || "");
+}
+
+async function duplicateSelected() {
+  if (!selected) return;
+  const parent = aroundSelected();
+  const text = await copyText();
+  if (text !== undefined) paste(text, parent);
+}
+
+for (const [name, act_] of [["copy", copy], ["cut", copy], ["paste", pasteFrom]]) document.addEventListener(name, act_);
+
 const undo = () => say("undo");
 const redo = () => say("redo");
 
@@ -443,6 +509,7 @@ function showEditor() {
   const active = document.activeElement;
   const isTyping = active && $("edit-panel").contains(active) && active.matches("input, textarea, select");
   const focus = isTyping && active.id ? active.id : "";
+  const item = documentOf.read && itemOf(selected);
   $("edit-text").textContent = documentOf.text;
   $("edit-palette").hidden = !documentOf.read;
   $("edit-item").parentElement.hidden = !documentOf.read;
@@ -452,13 +519,13 @@ function showEditor() {
   } else {
     const value = selected ? JSON.stringify(selected) : "";
     $("edit-item").replaceChildren(...itemChoices().map(([text, words]) => make("option", { value: text, selected: text === value }, words)));
-    const item = itemOf(selected);
     const rows = item ? (selected.kind === "state" ? statePanel(item) : transitionPanel(item, selected)) : (chosen && lockedPanel()) || chartPanel();
     $("edit-panel").replaceChildren(...rows);
     if (focus && $(focus)) $(focus).focus();
   }
   const events_ = documentOf.declared ? ["in", "internal"].flatMap((section) => documentOf.declared[section].map(([name]) => name.split("(")[0])) : [];
   $("edit-events").replaceChildren(...events_.map((name) => make("option", { value: name })), make("option", { value: "after 5s" }));
+  if (item) copyText(); // it is ready when Ctrl C is pressed
   showFindings();
   repaint();
 }
@@ -711,6 +778,7 @@ document.addEventListener("keydown", (event) => {
   if ((event.ctrlKey || event.metaKey) && !event.altKey && !isInput) {
     const key = event.key.toLowerCase();
     if (key === "z" && !event.shiftKey) { event.preventDefault(); undo(); }
+    if (key === "d" && isEditing) { event.preventDefault(); duplicateSelected(); }
     if (key === "y" || (key === "z" && event.shiftKey)) { event.preventDefault(); redo(); }
     return;
   }
@@ -750,7 +818,7 @@ document.addEventListener("keydown", (event) => {
   document.body.append(make("datalist", { id: "edit-events" }), shape("svg", { id: "edit-overlay", "aria-hidden": "true", hidden: true }, shape("line", { class: "edit-line" })));
   $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
   const help = $("keys").querySelector("dl");
-  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["↑ ↓", "select the item before, after"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
+  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["↑ ↓", "select the item before, after"], ["Ctrl C, Ctrl X, Ctrl V", "copy, cut and paste, as YAML text"], ["Ctrl D", "copy beside"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
   views[0].look.setFollowing(false);
   document.body.classList.add("editing");
 })();

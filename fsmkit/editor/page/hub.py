@@ -33,7 +33,8 @@ from fsmkit.document.document import (
 from fsmkit.document.keys import Form, Keys
 from fsmkit.editor.editing import operations as op
 from fsmkit.editor.editing.applying import read
-from fsmkit.editor.editing.documents import all_states
+from fsmkit.editor.editing.clipboard import copied
+from fsmkit.editor.editing.documents import all_states, state_of, transition_of
 from fsmkit.editor.editing.session import EditSession, read_operation, write_atomically
 from fsmkit.editor.editing.values import LISTS
 from fsmkit.editor.editing.yaml_tree import plain
@@ -48,8 +49,10 @@ from fsmkit.yaml.writer import declarations
 from fsmkit.yaml.writing import WRITE, data
 
 Json = dict[str, Any]
-EDITING = ("edit", "undo", "redo", "tidy", "trace")
+EDITING = ("edit", "undo", "redo", "tidy", "trace", "copy")
 """The commands of the editor; all others are those of a session."""
+QUERIES = ("copy",)
+"""Commands of the editor that change nothing."""
 VALID = ("post", "set", "returns", "change", "run", "step")
 """Commands that need a chart without errors."""
 NOTHING = "chart: Chart\nstates: {none: {}}\n"
@@ -128,8 +131,8 @@ class EditHub(Hub):
         else:
             self.reload(chart)
 
-    def _show(self, course: Course, begin: Moment | None, end: Sequence[Json] = ()) -> None:
-        super()._show(course, begin, end)
+    def _show(self, course: Course, start: Moment | None, end: Sequence[Json] = ()) -> None:
+        super()._show(course, start, end)
         course.encoder.drawn = self._draw
 
     def _draw(self, chart: Chart, fold: frozenset[int]) -> str:
@@ -191,32 +194,51 @@ class EditHub(Hub):
             return
         one, number = self.view.clients[client], id_of(text)
         try:
-            if not one.may_command:
+            if not one.may_command and name not in QUERIES:
                 raise wrong("this session is read-only", "start it without `--read-only`")
             if name not in EDITING:
                 raise wrong("the chart has errors and cannot run", "correct its findings first")
-            if name == "trace":
-                self.show_trace(str(fields.get("property", "")))
-            else:
-                self._edit(str(name), fields)
+            result = self._obeyed(str(name), fields)
         except FsmkitError as error:
             first = error.diagnostics[0]
-            one.send(
-                to_json(
-                    Refused(
-                        re=number,
-                        rule=first.rule.name,
-                        message=first.message,
-                        help=first.help or "",
-                    )
-                )
+            refused = Refused(
+                re=number, rule=first.rule.name, message=first.message, help=first.help or ""
             )
+            one.send(to_json(refused))
             if self.editing.source != getattr(self._document, "source", self.editing.source):
                 self.changed()  # another program changed the file meanwhile
             return
-        one.send(to_json(Done(re=number, result=self.editing.hash)))
-        if name != "trace":
+        one.send(to_json(Done(re=number, result=result)))
+        if name not in (*QUERIES, "trace"):
             self.changed()
+
+    def _obeyed(self, name: str, fields: Json) -> Any:
+        """Execute a command of the editor, and return its result."""
+        match name:
+            case "trace":
+                self.show_trace(str(fields.get("property", "")))
+            case "copy":
+                return self._copied(fields)
+            case _:
+                self._edit(name, fields)
+        return self.editing.hash
+
+    def _copied(self, fields: Json) -> str:
+        """Return states and transitions as YAML text."""
+        if self._document is None:
+            raise wrong("the file cannot be read as a chart", "correct its text first")
+        parts: list[DocState | DocTransition] = []
+        for item in fields.get("items") or ():
+            name, index = item.get("state"), item.get("index")
+            if not isinstance(name, str) or not isinstance(index, int | None):
+                raise wrong("an item is a state, or a state and the index of a transition")
+            if index is not None:
+                parts.append(transition_of(self._document, name, index))
+            elif name:
+                parts.append(state_of(self._document, name))
+        if not parts:
+            raise wrong("nothing is selected", "select a state or a transition")
+        return copied(self._document, parts)
 
     def _edit(self, name: str, fields: Json) -> None:
         match name:

@@ -11,7 +11,8 @@ from fsmkit.diagnostics.fixes import apply_edits
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.editor.editing import operations as op
 from fsmkit.editor.editing.applying import apply, inverted, read
-from fsmkit.editor.editing.documents import transformed
+from fsmkit.editor.editing.clipboard import copied
+from fsmkit.editor.editing.documents import all_states, parent_of, state_of, transformed
 from fsmkit.scxml.writer import write_document as write_scxml
 
 CELL = Path("machines/production_cell")
@@ -59,7 +60,7 @@ def changes(text: str, *operations: op.Operation) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_laws_hold_on_random_charts_in_both_notations(seed: int) -> None:
     tally = Tally()
     for source in sources(seed):
@@ -127,6 +128,75 @@ def test_an_operation_changes_few_lines(operation: op.Operation, lines: list[str
         assert sorted(changes(GATE, operation)) == sorted(lines) or operation == op.RemoveState(
             "open"
         )
+
+
+PASTED = """\
+states:
+  a:
+    entry: log(1)
+    on: {go: b, back: {target: c, if: In(a.inner) and a > b}}
+    initial: a.inner
+    states: {a.inner: {on: {done.state.a: b}}}
+  b: {}
+"""
+
+
+@pytest.mark.parametrize("name", ["x.yaml", "x.scxml"])
+def test_pasted_states_with_taken_names_get_numbers(name: str) -> None:
+    text = "chart: X\nevents: {in: [go, back]}\nstates: {a: {}, b2: {}, b: {}, c: {}}\n"
+    if name.endswith("scxml"):
+        text = write_scxml(read(Source("x.yaml", text)))
+    result = read(Source(name, edited(text, op.Paste("c", PASTED), name=name)))
+    pasted = state_of(result, "a2")
+    assert [one.value for t in pasted.transitions for one in t.targets] == ["b3", "c"]
+    assert str(pasted.transitions[1].guard) == "In(a.inner) and a > b"
+    assert state_of(result, "a.inner").transitions[0].events[0].value == "done.state.a2"
+    assert parent_of(result, pasted) is state_of(result, "c")
+    again = read(Source(name, edited(text, op.Paste("c", PASTED), op.Paste("", PASTED), name=name)))
+    assert {"a3", "a.inner2", "b4"} <= {s.id.value for s in all_states(again) if s.id}
+    assert copied(again, [state_of(again, "b4")]) == "states:\n  b4: {}\n"
+
+
+NO_PARTS = (
+    "", "hello", "a: b", "chart: X\nstates: {}", "states: 3", "- 3", "{", "a: {on: 3}", "# only",
+    "states: {}", "transitions: []", "a: {}\na: {}", "\x00", "[]", "<scxml/>",
+    "states: {pasted.transitions: {}}", "import os\nprint(1)",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", NO_PARTS)
+def test_a_text_that_is_no_part_of_a_chart_is_rejected(text: str) -> None:
+    with pytest.raises(FsmkitError, match="not a part of a chart"):
+        apply(Source("gate.yaml", GATE), op.Paste("closed", text))
+
+
+LIKE_YAML = ("on: {a: open}", "- {on: a, target: open}", "  after: {1s: open}",
+             "transitions:\n\t- always: true")  # fmt: skip
+
+
+@pytest.mark.parametrize("text", LIKE_YAML)
+def test_transitions_are_pasted_as_a_yaml_chart_has_them(text: str) -> None:
+    before, after = (
+        read(Source("g.yaml", GATE)),
+        read(Source("g.yaml", edited(GATE, op.Paste("open", text)))),
+    )
+    count = len(state_of(before, "open").transitions)
+    assert len(state_of(after, "open").transitions) == count + 1
+    with pytest.raises(FsmkitError, match="has no transitions"):
+        edited(GATE, op.Paste("stuck", text))
+
+
+@pytest.mark.parametrize("remark", ["", " # why"])
+@pytest.mark.parametrize("key", ["always: true", "on: go", "after: 5s"])
+@pytest.mark.parametrize("more", ["", ", type: internal, ordered: true"])
+def test_a_line_of_a_list_that_grows_keeps_its_comment(remark: str, key: str, more: str) -> None:
+    line = f"      - {{{key}, id: first, target: a{more}}}{remark}\n"
+    text = f"chart: X\nstates:\n  a:\n    transitions:\n{line}{line.replace('first', 'other')}"
+    for index in (0, 1):
+        content = op.SetContent("a", index, "log(12345678901234567890)\nlog(2)")
+        guard = op.SetGuard("a", index, " and ".join(["1 < 2"] * 12))
+        for operations in ((content,), (guard,), (guard, content)):
+            assert edited(text, *operations).count("# why") == text.count("# why")
 
 
 def test_a_moved_state_takes_its_comments_and_lines_along() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+import fsmkit
 from fsmkit.editor.checking.background import Background
 from fsmkit.editor.page.following import verdicts_of
 from tests.editor.page.editor import Editor, editing, require_accessible
@@ -128,3 +129,57 @@ def test_arrows_are_drawn_and_their_ends_are_dragged(browser: Browser, tmp_path:
         written("c:\n    after: {5s: a}")
         editor.picture("drawn")
         assert "# one" in path.read_text()
+
+
+def test_states_and_transitions_are_copied_as_text(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "g.yaml"
+    path.write_text(
+        "chart: G\nevents: {in: [go]}\nstates:\n  a: {on: {go: b}}\n  b:\n    states: {c: {}}\n"
+    )
+    with editing(browser, path) as editor:
+        page, press = editor.page, editor.page.keyboard.press
+        editor.context.grant_permissions(["clipboard-read", "clipboard-write"])
+
+        def select(words: str) -> None:
+            page.select_option("#edit-item", label=words)
+            page.wait_for_function(
+                "() => waiting.size === 0 && copiedText.of === JSON.stringify(selected)"
+            )
+
+        def written(line: str) -> None:
+            page.wait_for_function("line => documentOf.text.includes(line)", arg=line)
+            editor.edited()
+
+        select("a")
+        press("Control+c")
+        text = page.evaluate("navigator.clipboard.readText()")
+        assert text == "states:\n  a: {on: {go: b}}\n"
+        select("b")
+        press("Control+v")
+        written("    states: {c: {}, a2: {on: {go: b}}}\n")
+        assert page.evaluate("selected") == {"kind": "state", "id": "a2"}
+        select("b")
+        press("Control+d")
+        written("  b2: {states: {c2: {}, a3: {on: {go: b2}}}}\n")
+        select("a: go → b")
+        press("Control+x")
+        page.wait_for_function("() => !stateOf('a').transitions.length")
+        select("c2")
+        press("Control+v")
+        written("  b2:\n    states: {c2: {on: {go: b}}, a3: {on: {go: b2}}}\n")
+        before = path.read_text()
+        page.evaluate("navigator.clipboard.writeText('import os')")
+        press("Control+v")
+        page.wait_for_selector("#notice:has-text('not a part of a chart')")
+        assert path.read_text() == before
+        page.click("#edit-label")
+        page.evaluate("navigator.clipboard.writeText('typed')")
+        press("Control+a")
+        press("Control+v")  # into the field
+        assert page.input_value("#edit-label") == "typed"
+        press("Escape")
+        assert path.read_text() == before
+        for _ in range(4):
+            press("Control+z")
+            editor.edited()
+        assert fsmkit.read_chart(path).states[-1].id == "c"
