@@ -28,6 +28,7 @@ FINE: dict[str, list[str]] = {
     "draw": ["gate.yaml", "--out", "gate.mmd"],
     "explain": ["unread-data"],
     "export": ["gate.yaml", "--to", "jani", "--out", "gate.jani"],
+    "merge": ["gate.yaml", "gate.yaml", "gate.yaml"],
     "fmt": ["--check", "gate.yaml"],
     "new": ["fresh.yaml"],
     "paths": [],
@@ -55,6 +56,7 @@ BROKEN: dict[str, list[str]] = {
     "health": ["none.yaml"],
     "io": ["none.io.yaml", "--map", "none", "show"],
     "latency": ["none.json"],
+    "merge": ["none.yaml", "gate.yaml", "gate.yaml"],
     "mutants": ["broken.yaml"],
     "refine": ["broken.yaml", "gate.yaml"],
     "new": ["gate.yaml"],
@@ -86,6 +88,7 @@ READS: dict[str, tuple[str, list[str]]] = {
     "health": (".yaml", []),
     "io": (".io.yaml", ["show", "--map", "window"]),
     "latency": (".json", []),
+    "merge": (".yaml", ["gate.yaml", "guard.yaml"]),
     "mutants": (".yaml", []),
     "refine": (".yaml", ["gate.yaml"]),
     "run": (".scxml", ["--events", "go"]),
@@ -120,8 +123,8 @@ def command_of(verb: str) -> click.Command:
 
 
 def marked(verb: str) -> object:
-    """Return a verb, marked where it starts a compiler: an export of its space, a header."""
-    return pytest.param(verb, marks=pytest.mark.cc) if verb in ("bind", "export") else verb
+    """Return a verb, marked where it starts a program: a compiler, or git."""
+    return pytest.param(verb, marks=pytest.mark.cc) if verb in ("bind", "export", "merge") else verb
 
 
 CHOICES = [

@@ -326,6 +326,10 @@ RESULTS: Mapping[str, Schema] = {
     "mcp": _object({
         "tools": _list(_object({"name": STRING, "description": STRING, "input": VALUE})),
     }),
+    "merge": _object({
+        "merged": BOOL, "by": {"enum": ["meaning", "lines"]}, "conflicts": FINDINGS,
+        "findings": FINDINGS, "files": STRINGS, "text?": STRING,
+    }),
     "draw": _object({"chart": STRING, "files?": STRINGS, "dot?": STRING}),
     "evidence": _object({
         "model": STRING, "failures": STRINGS, "verdict": VERDICT,

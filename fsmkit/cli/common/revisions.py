@@ -6,13 +6,35 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from fsmkit.diagnostics import fail
+from fsmkit.diagnostics import Findings, fail
+from fsmkit.document.document import Document
 
 SUFFIXES = (".yaml", ".yml", ".scxml", ".xml", ".json", ".toml")
 """Files that a chart may refer to; and those with the suffix of the chart."""
 MOST_BYTES = 50_000_000
+
+
+@dataclass(frozen=True)
+class ReplacedContent:
+    """A file with another content than the disk has; for `fsmkit.chart.loading.TEXTS`."""
+
+    path: Path
+    held: bytes
+
+    def content(self, path: Path) -> bytes | None:
+        """Return the content of the file; None for others."""
+        return self.held if path == self.path else None
+
+    def known(self, path: Path, content: bytes) -> tuple[Document, Findings] | None:
+        """Return nothing: each file is read anew."""
+        del path, content
+        return None
+
+    def keep(self, path: Path, content: bytes, document: Document, findings: Findings) -> None:
+        """Keep nothing."""
 
 
 @contextmanager

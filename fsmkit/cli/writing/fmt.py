@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -11,11 +11,11 @@ from fsmkit.chart.chart import Chart
 from fsmkit.chart.loading import TEXTS, read_bytes
 from fsmkit.cli.common.console import out, print_json, report, result
 from fsmkit.cli.common.many_files import models
+from fsmkit.cli.common.revisions import ReplacedContent
 from fsmkit.cli.common.verbs import verb
 from fsmkit.cli.common.writing import write_files
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, fail
 from fsmkit.diagnostics.as_json import as_json as data_of
-from fsmkit.document.document import Document
 from fsmkit.document.front_ends import Reader
 from fsmkit.editor.formatting import format_source
 from fsmkit.plan.lower import lower
@@ -93,29 +93,9 @@ def _formatted(file: Path, content: bytes) -> bytes:
     return made
 
 
-@dataclass(frozen=True)
-class _Instead:
-    """A file with another content than the disk has."""
-
-    path: Path
-    held: bytes
-
-    def content(self, path: Path) -> bytes | None:
-        """Return the content of the file; None for others."""
-        return self.held if path == self.path else None
-
-    def known(self, path: Path, content: bytes) -> tuple[Document, Findings] | None:
-        """Return nothing: each file is read anew."""
-        del path, content
-        return None
-
-    def keep(self, path: Path, content: bytes, document: Document, findings: Findings) -> None:
-        """Keep nothing."""
-
-
 def _meaning(file: Path, content: bytes) -> object:
     """Return the content of a file without locations; for an invalid file, the broken rules."""
-    token = TEXTS.set(_Instead(file, content))
+    token = TEXTS.set(ReplacedContent(file, content))
     try:
         found = read_with_boards(file, Findings())
     except FsmkitError as error:

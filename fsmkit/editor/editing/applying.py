@@ -61,24 +61,33 @@ def apply(source: Source, operation: op.Operation) -> tuple[Edit, ...]:
     if new is old:
         return ()
     keeps = not isinstance(operation, REMOVING)
-    if is_xml(source):
-        text = edited_xml(source, old, new, keeps_comments=keeps)
-    else:
-        text = edited_yaml(source, old, new, keeps_comments=keeps)
-    _require_same(source, Source(source.name, text), new, keeps=keeps)
+    text = edited(source, old, new, keeps_comments=keeps)
+    _require_comments(source, Source(source.name, text), keeps=keeps)
     return text_edits(source, text)
 
 
-def _require_same(source: Source, result: Source, new: Document, *, keeps: bool) -> None:
-    """Reject a text that has another meaning, or that lost or repeats a comment."""
+def edited(source: Source, old: Document, new: Document, *, keeps_comments: bool) -> str:
+    """Return the text of a source after its document changed, as small as possible.
+
+    Raises:
+        FsmkitError: ``edit-rejected`` if the text cannot express the change.
+
+    """
+    write = edited_xml if is_xml(source) else edited_yaml
+    text = write(source, old, new, keeps_comments=keeps_comments)
     try:
-        written = read(result)
+        written = read(Source(source.name, text))
     except FsmkitError as error:
         raise rejected(
             "the changed file could not be read", help=f"edit the text ({error})"
         ) from error
     if written != new:
         raise rejected("the file cannot be changed without another effect", help="edit the text")
+    return text
+
+
+def _require_comments(source: Source, result: Source, *, keeps: bool) -> None:
+    """Reject a text that lost or repeats a comment."""
     find = xml_remarks if is_xml(source) else remarks
     before, after = Counter(find(source)), Counter(find(result))
     if after - before or (keeps and before != after):

@@ -7,7 +7,7 @@ location, so moved and changed parts are recognized; what is equal is not touche
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -577,3 +577,31 @@ def _all(document: Document) -> Iterator[DocState]:
         state = pending.pop()
         yield state
         pending += state.children
+
+
+def located_xml_remarks(source: Source, document: Document) -> Iterator[tuple[str, str]]:
+    """Yield the comments of an SCXML chart: the id of the state around it, and its text."""
+    file = XmlFile(source, document)
+    names = {id(file.tags[key]): _name(state) for key, state in file.known.items()}
+    pending: list[tuple[Tag, str]] = [(file.tree.root, "")]
+    while pending:
+        tag, outer = pending.pop()
+        name = names.get(id(tag), outer)
+        for remark in file.tree.own_remarks(tag):
+            yield name, remark
+        pending += [(child, name) for child in tag.children]
+
+
+def with_xml_remarks(source: Source, document: Document, given: Mapping[str, Iterable[str]]) -> str:
+    """Return the text of an SCXML chart with comments at states; without a state, at its start."""
+    file = XmlFile(source, document)
+    root = file.tree.root
+    tags = {_name(state): file.tags[key] for key, state in file.known.items()}
+    for state, remarks in given.items():
+        tag = tags.get(state, root)
+        (root.children[0] if tag is root and root.children else tag).above += remarks
+    return file.tree.written()
+
+
+def _name(state: DocState) -> str:
+    return "" if state.id is None else state.id.value

@@ -6,7 +6,7 @@ location object, so moved and changed parts are recognized; what is equal is not
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -257,14 +257,15 @@ class _Editor:
         remarks: list[str] = []
         for item in gone:
             if not any(item is one for one in kept):
-                remarks += self._remarks_without(item, kept)
+                remarks += self.remarks_without(item, kept)
         return remarks
 
-    def _remarks_without(self, item: Item, kept: list[Item]) -> list[str]:
+    def remarks_without(self, item: Item, kept: list[Item]) -> list[str]:
+        """Return the comments of an entry without those of other entries inside it."""
         found = self.file.own_remarks(item)
         for inner in item.node.items:
             if not any(inner is one for one in kept):
-                found += self._remarks_without(inner, kept)
+                found += self.remarks_without(inner, kept)
         return found
 
     def _state(self, state: DocState) -> Item:
@@ -695,3 +696,28 @@ def located_states(source: Source, document: Document) -> Iterator[tuple[DocStat
         if item.old is not None:
             end = max(item.old.node.end, item.old.start)
             yield state, source.text[item.old.start : end]
+
+
+def located_remarks(source: Source, document: Document) -> Iterator[tuple[str, str]]:
+    """Yield the comments of a YAML chart: the id of the state around it, and its text."""
+    editor = _Editor(YamlFile(source), document, document, keeps_comments=True)
+    items = [*editor.states.values()]
+    for item in editor.file.root.items:
+        for remark in editor.remarks_without(item, items):
+            yield "", remark
+    for state in _all(document):
+        for remark in editor.remarks_without(editor.states[id(state.span)], items):
+            yield "" if state.id is None else state.id.value, remark
+
+
+def with_remarks(source: Source, document: Document, given: Mapping[str, Iterable[str]]) -> str:
+    """Return the text of a YAML chart with comments above states; without a state, at its start."""
+    editor = _Editor(YamlFile(source), document, document, keeps_comments=True)
+    items = {
+        state.id.value: editor.states[id(state.span)]
+        for state in _all(document)
+        if state.id is not None
+    }
+    for state, remarks in given.items():
+        items.get(state, editor.file.root.items[0]).above += remarks
+    return editor.file.written()

@@ -1,0 +1,1 @@
+"""Three-way merge of charts by meaning: not by lines of text."""

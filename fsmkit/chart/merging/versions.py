@@ -1,0 +1,106 @@
+"""Three-way merge of single values and of ordered items, and the conflicts that it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+from fsmkit.diagnostics import Span
+
+T = TypeVar("T")
+K = TypeVar("K", bound=Hashable)
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Two changes that exclude each other: what is wrong, and where it is in both versions.
+
+    ``base``: where an item was that a version removed.
+    """
+
+    message: str
+    ours: Span | None = None
+    theirs: Span | None = None
+    base: Span | None = None
+
+
+@dataclass(slots=True)
+class Conflicts:
+    """The conflicts that were found so far."""
+
+    found: dict[Conflict, None] = field(default_factory=dict)
+
+    def add(
+        self,
+        message: str,
+        ours: Span | None = None,
+        theirs: Span | None = None,
+        base: Span | None = None,
+    ) -> None:
+        """Add a conflict, unless it is already present."""
+        self.found[Conflict(message, ours, theirs, base)] = None
+
+
+@dataclass(frozen=True, slots=True)
+class Versions(Generic[T]):
+    """The three versions of a value."""
+
+    base: T
+    ours: T
+    theirs: T
+
+    @property
+    def merged(self) -> T:
+        """The version that changed; ours if both changed, whether alike or differently."""
+        is_theirs = self.ours == self.base and self.theirs != self.base
+        return self.theirs if is_theirs else self.ours
+
+    @property
+    def is_conflict(self) -> bool:
+        """Whether both versions changed differently."""
+        return self.ours not in (self.base, self.theirs) and self.theirs != self.base
+
+
+def merged_order(
+    base: Sequence[K],
+    ours: Sequence[K],
+    theirs: Sequence[K],
+    members: Iterable[K],
+    group: Callable[[K], object] = lambda _: None,
+) -> tuple[list[K], bool]:
+    """Return the merged members of three sequences in their order.
+
+    New members follow the member that they follow in their version. Ours precede theirs where both
+    follow the same member and are of the same group.
+
+    Returns:
+        The order, and whether both versions reordered the same members differently.
+
+    """
+    wanted = set(members)
+    common = wanted & set(base) & set(ours) & set(theirs)
+    orders = Versions(*([k for k in keys if k in common] for keys in (base, ours, theirs)))
+    is_theirs = orders.ours == orders.base != orders.theirs
+    first, second = (theirs, ours) if is_theirs else (ours, theirs)
+    result = [key for key in first if key in wanted]
+    others = set(second)
+
+    def is_beside(key: K, other: K) -> bool:
+        return other not in others and group(other) == group(key)
+
+    for number, key in enumerate(second):
+        if key not in wanted or key in result:
+            continue
+        before = next((one for one in reversed(second[:number]) if one in result), None)
+        after = next((one for one in second[number + 1 :] if one in result), None)
+        if before is None and after is not None:
+            at = result.index(after)
+            while is_theirs and at and is_beside(key, result[at - 1]):
+                at -= 1  # theirs were inserted there, too
+        else:
+            at = 0 if before is None else result.index(before) + 1
+            while not is_theirs and at < len(result) and is_beside(key, result[at]):
+                at += 1  # ours were inserted there, too
+        result.insert(at, key)
+    return result, orders.is_conflict
