@@ -1,7 +1,7 @@
 """Certify many charts and print a table: ``python -m devtools.certified machines docs``.
 
-Takes files and folders: charts in YAML and SCXML, and those that a page of the documentation tells
-its reader to write. Abstract charts and files that are no charts are omitted. Every other chart
+Takes files and folders: charts in YAML and SCXML, and those that a page of the documentation lets
+its reader write. Abstract charts and files that are no charts are omitted. Every other chart
 ends with a certificate or with a finding.
 """
 

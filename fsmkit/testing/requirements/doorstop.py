@@ -1,8 +1,13 @@
-"""Requirements in a folder of Doorstop: one YAML file for each item, named by its id."""
+"""Requirements in a folder of Doorstop: one file for each item, named by its id.
+
+An item is a YAML file. In a document with ``itemformat: markdown`` it is a Markdown file: its keys
+are in YAML between two lines ``---``, its text follows.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,6 +26,11 @@ from fsmkit.yaml.nodes import Mapping, Node, Scalar, read_nodes
 
 SETTINGS = ".doorstop.yml"
 TEXTS = ("text", "header")
+YAML, MARKDOWN = "yaml", "markdown"
+SUFFIXES = {YAML: (".yml", ".yaml"), MARKDOWN: (".md",)}
+BOUNDARY = re.compile(r"^-{3,}[ \t]*$", re.MULTILINE)
+HEADER = re.compile(r"\s*^#[ \t]+(.*)$", re.MULTILINE)
+"""A heading of the first level before all other content is the item's header, not its text."""
 
 
 def read_folder(folder: Path) -> tuple[Requirement, ...]:
@@ -53,21 +63,25 @@ def _document(folder: Path, findings: Findings) -> Iterator[Requirement]:
     settings = _entries(folder / SETTINGS, findings).get("settings")
     given = settings.entries if isinstance(settings, Mapping) else ()
     keys = {key.value: node for key, node in given}
-    form = _text(keys.get("itemformat"))
-    if form not in ("", "yaml"):
+    form = _text(keys.get("itemformat")) or YAML
+    if form not in SUFFIXES:
         at = keys["itemformat"].span
-        broken(findings, f"items in the format `{form}` are not read", at, "use `itemformat: yaml`")
+        advice = f"use `itemformat: {YAML}` or `itemformat: {MARKDOWN}`"
+        broken(findings, f"items in the format `{form}` are not read", at, advice)
         return
     prefix = _text(keys.get("prefix"))
-    for path in sorted(folder.glob("*.yml")):
-        if path.name == SETTINGS or not path.stem.startswith(prefix):
+    for path in sorted(folder.iterdir()):
+        if path.suffix not in SUFFIXES[form] or path.name == SETTINGS:
             continue
-        entries = _entries(path, findings)
+        if not path.stem.startswith(prefix):
+            continue
+        body: dict[str, str] = {}
+        entries = _markdown(path, findings, body) if form == MARKDOWN else _entries(path, findings)
         if not entries or not all(
             _text(entries.get(key)) in ("", "true") for key in ("active", "normative")
         ):
             continue
-        texts = [one_line(_text(entries.get(key))) for key in TEXTS]
+        texts = [one_line(body.get(key, _text(entries.get(key)))) for key in TEXTS]
         more = [
             (key, one_line(_text(node)))
             for key, node in entries.items()
@@ -78,14 +92,45 @@ def _document(folder: Path, findings: Findings) -> Iterator[Requirement]:
         yield Requirement(path.stem, next(filter(None, texts), ""), at, tuple(more))
 
 
+def _markdown(path: Path, findings: Findings, body: dict[str, str]) -> dict[str, Node]:
+    """Return the entries before the text of a Markdown item; put its text into the body."""
+    own = Findings()
+    source = decode(read_bytes(path), str(path), own)
+    if source is None:
+        findings.extend(as_broken(own, "item").diagnostics)
+        return {}
+    start = BOUNDARY.match(source.text)
+    end = None if start is None else BOUNDARY.search(source.text, start.end())
+    if start is None or end is None:
+        advice = "write the keys of the item between two lines `---` at its start"
+        broken(findings, "the item has no front matter", start_of(source), advice)
+        return {}
+    content = source.text[end.end() :]
+    header = HEADER.match(content)
+    body["header"] = "" if header is None else header[1]
+    body["text"] = content if header is None else content[header.end() :]
+    # without the boundaries, but with the lines of the file
+    lines = source.text[start.end() : end.start()]
+    return _read_entries(Source(source.name, lines), findings)
+
+
 def _entries(path: Path, findings: Findings) -> dict[str, Node]:
     """Return the entries of a file of YAML; empty after a finding."""
     own = Findings()
     source = decode(read_bytes(path), str(path), own)
-    root = None if source is None else read_nodes(source, own)
+    if source is None:
+        findings.extend(as_broken(own, "item").diagnostics)
+        return {}
+    return _read_entries(source, findings)
+
+
+def _read_entries(source: Source, findings: Findings) -> dict[str, Node]:
+    """Return the entries of a text in YAML; empty after a finding."""
+    own = Findings()
+    root = read_nodes(source, own)
     if own.has_errors:
         findings.extend(as_broken(own, "item").diagnostics)
-    elif source is not None and not isinstance(root, Mapping):
+    elif not isinstance(root, Mapping):
         broken(findings, "the item has no keys", start_of(source), "write `text: ...`")
     return {key.value: node for key, node in root.entries} if isinstance(root, Mapping) else {}
 

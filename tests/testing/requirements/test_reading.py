@@ -88,8 +88,57 @@ def test_a_folder_of_doorstop(tmp_path: Path) -> None:
     (inner / "SUB002.yml").write_text("text: [\n")
     with pytest.raises(FsmkitError, match=r"SUB002\.yml"):
         read_file(tmp_path)
-    (inner / ".doorstop.yml").write_text("settings:\n  itemformat: markdown\n  prefix: SUB\n")
-    with pytest.raises(FsmkitError, match="itemformat: yaml"):
+    (inner / ".doorstop.yml").write_text("settings:\n  itemformat: asciidoc\n  prefix: SUB\n")
+    message = r"format `asciidoc` are not read(.|\n)*doorstop\.yml:2:15"
+    with pytest.raises(FsmkitError, match=message):
+        read_file(tmp_path)
+
+
+MARKDOWN = "settings:\n  itemformat: markdown\n  prefix: REQ\n"
+KEYS = "active: true\nderived: false\nlevel: 1.0\nlinks: []\nnormative: true\nreviewed: null\n"
+
+
+@pytest.mark.parametrize(
+    ("item", "text"),
+    [
+        (f"---\n{KEYS}---\n\nThe gate is\nshut.\n", "The gate is shut."),
+        (f"---\n{KEYS}---\n# Gate\n\nIt is shut.\n", "It is shut."),
+        (f"---\n{KEYS}---\n\n\n# Only a heading\n", "Only a heading"),
+        (f"---\n{KEYS}text: old\n---\nnew\n", "new"),
+        (f"---\n{KEYS}---\nIt is\n# no header\n---\nshut\n", "It is # no header --- shut"),
+        (f"---\r\n{KEYS}---  \r\n\r\nlines of Windows\r\n", "lines of Windows"),
+        (f"----\n{KEYS}----\n", ""),
+        (f"---\n{KEYS.replace('normative: true', 'normative: false')}---\nchapter\n", None),
+        (f"---\n{KEYS.replace('active: true', 'active: false')}---\ngone\n", None),
+    ],
+)
+def test_items_of_doorstop_in_markdown(tmp_path: Path, item: str, text: str | None) -> None:
+    (tmp_path / ".doorstop.yml").write_text(MARKDOWN)
+    (tmp_path / "REQ001.md").write_bytes(item.encode())
+    (tmp_path / "README.md").write_text("no item")
+    (tmp_path / "REQ002.yml").write_text("text: of another format\n")
+    assert contents(read_file(tmp_path)) == ([] if text is None else [("REQ001", text)])
+
+
+@pytest.mark.parametrize(
+    ("item", "message"),
+    [
+        (b"text without keys\n", "no front matter"),
+        (b"---\nactive: true\n", "no front matter"),
+        (b"", "no front matter"),
+        (b"---\n---\ntext\n", "is empty"),
+        (b"---\nactive: true\nlevel: [\n---\n", r"REQ001\.md:[34]:"),
+        (b"---\nactive: true\nlinks: *a\n---\n", r"REQ001\.md:3:"),
+        (b"---\nactive: true\xff\n---\n", "UTF-8"),
+        (b"---\n- a\n---\n", "no keys"),
+    ],
+)
+def test_broken_items_in_markdown_have_a_location(
+    tmp_path: Path, item: bytes, message: str
+) -> None:
+    (tmp_path / ".doorstop.yml").write_text(MARKDOWN)
+    (tmp_path / "REQ001.md").write_bytes(item)
+    with pytest.raises(FsmkitError, match=message):
         read_file(tmp_path)
 
 
