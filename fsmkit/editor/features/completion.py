@@ -10,6 +10,7 @@ from pathlib import Path
 
 from lsprotocol import types
 
+from fsmkit.diagnostics import Source
 from fsmkit.editor.context import Context
 from fsmkit.editor.cursor.keys_at import kind_at, slot_at
 from fsmkit.editor.cursor.slots import Slot, What
@@ -18,7 +19,7 @@ from fsmkit.editor.index.chart_names import ChartNames
 from fsmkit.editor.index.files import Kind, beside
 from fsmkit.editor.index.symbols import VARIABLES, Symbol, SymbolKind
 from fsmkit.editor.index.system_uses import Machine, SystemNames, text_of, under
-from fsmkit.editor.positions import Lines
+from fsmkit.editor.positions import Lines, lines_of
 from fsmkit.language.binding.calls import BUILT_IN
 from fsmkit.language.notation import NAMED
 from fsmkit.language.statements.tree import HANDLER_KEYWORDS
@@ -115,6 +116,18 @@ def completion(
     offset = lines.offset(position)
     slot = slot_at(path, source, offset)
     items = _Items(lines, offset, snippets, path)
+    with context.workspace.steady():
+        _Completer(context, path, slot, items).run()
+    return list(items.found.values())
+
+
+def completion_of(context: Context, path: Path, slot: Slot) -> list[types.CompletionItem]:
+    """Return the completions of the text of a slot that is not in the file yet, such as a label.
+
+    The text of the slot ends at the cursor; ranges are columns in it.
+    """
+    source = Source("", slot.text)
+    items = _Items(lines_of(source, context.encoding), len(slot.text), False, path)
     with context.workspace.steady():
         _Completer(context, path, slot, items).run()
     return list(items.found.values())

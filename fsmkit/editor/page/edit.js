@@ -45,19 +45,21 @@ function itemOf(what) {
 }
 
 /** Request edits as one step of undo; `then` runs with the document that has them. */
-async function edit(operations, then, hash = documentOf && documentOf.hash) {
+async function edit(operations, then, { hash = documentOf && documentOf.hash, files = [] } = {}) {
   if (!documentOf) return false;
-  const batch = { hash, operations };
+  const batch = { hash, operations, files };
   afterEdit = then ? { then } : null;
   const done = await say("edit", batch);
   if (done !== undefined) return true;
   afterEdit = null;
-  if (!transport.socket || transport.socket.readyState !== WebSocket.OPEN) {
+  if (!isConnected()) {
     unsent.push(batch);
     showUnsent();
   }
   return false;
 }
+
+const isConnected = () => Boolean(transport.socket) && transport.socket.readyState === WebSocket.OPEN;
 
 /** Offer the edits that were made while no server answered. */
 function showUnsent() {
@@ -69,7 +71,11 @@ function showUnsent() {
     make("button", { onclick: async () => {
       const all = unsent;
       unsent = [];
-      for (const { operations } of all) await edit(operations);
+      for (const { operations } of all) {
+        const [{ op, name, new: new_ }] = operations;
+        if (op === "RenameSymbol") await rename(name, new_);
+        else await edit(operations);
+      }
       showUnsent();
     } }, "Make them now"),
     make("button", { onclick: () => { unsent = []; showUnsent(); } }, "Drop them"));
@@ -144,8 +150,8 @@ function readLabel(text) {
     }
   }
   const open = rest.indexOf("[");
-  if (open >= 0 && rest.endsWith("]")) {
-    guard = rest.slice(open + 1, -1).trim();
+  if (open >= 0) { // the last bracket may be missing
+    guard = rest.slice(open + 1, depth === 0 && rest.endsWith("]") ? -1 : undefined).trim();
     rest = rest.slice(0, open).trim();
   }
   const timed = /^(after|every)\s+(.*)$/.exec(rest);
@@ -186,7 +192,7 @@ async function addTransition(source, target, hash = documentOf.hash) {
   await edit([{ op: "AddTransition", source, targets: [target] }], () => {
     selected = transitionLike(source, { trigger: "eventless", label: "", targets: [target], keys: {} });
     setTimeout(() => editInPlace());
-  }, hash);
+  }, { hash });
 }
 
 /** Return the item of the last transition of a state with this trigger, guard and targets. */
@@ -204,22 +210,47 @@ async function removeSelected() {
   await edit([operation], () => { selected = next; });
 }
 
+/** Rename a state in the file and, after a confirmation, in all files that refer to it. */
 async function rename(id, name) {
   if (name === id) return true;
-  return edit([{ op: "RenameSymbol", kind: "state", name: id, new: name }], () => { selected = { kind: "state", id: name }; });
+  const operations = [{ op: "RenameSymbol", kind: "state", name: id, new: name }];
+  const files = isConnected() ? await say("dependents", { operations }) : [];
+  if (!files || (files.length && !(await isConfirmed(id, name, files)))) return false;
+  return edit(operations, () => { selected = { kind: "state", id: name }; }, { files });
 }
 
-/** Set trigger, guard and statements of a transition by its typed label, in one step of undo. */
-async function setLabel(what, text) {
-  const one = itemOf(what);
+/** Return whether the user confirms that a state is renamed in other files, too. */
+function isConfirmed(id, name, files) {
+  return new Promise((resolve) => {
+    const dialog = make("dialog", { id: "edit-confirm", "aria-labelledby": "h-confirm" },
+      make("h2", { id: "h-confirm" }, `Rename ${id} to ${name} in other files?`),
+      make("p", {}, "These files refer to the state and change with it:"),
+      make("ul", {}, ...files.map((file) => make("li", {}, file))),
+      make("div", { class: "bar" }, make("button", { class: "main", onclick: () => dialog.close("all") }, "Rename in all files"), make("button", { onclick: () => dialog.close("") }, "Cancel")));
+    dialog.addEventListener("close", () => { dialog.remove(); resolve(dialog.returnValue === "all"); });
+    document.body.append(dialog);
+    dialog.showModal();
+  });
+}
+
+/** Return the operations that set trigger, guard and statements of a transition by its typed label. */
+function labelOperations({ source, index }, text) {
+  const one = itemOf({ kind: "transition", source, index });
   const { trigger, label, guard, content } = readLabel(text);
-  const { source, index } = what;
   const operations = [];
   if (guard !== (one.keys.if || [""])[0]) operations.push({ op: "SetGuard", source, index, guard });
   if (content !== (one.keys.do || [""])[0].replaceAll("\n", "; ")) operations.push({ op: "SetContent", source, index, content });
   if (trigger !== one.trigger || label !== one.label) operations.push(...undeclared({ trigger, label }), { op: "SetTrigger", source, index, trigger, label });
+  return operations;
+}
+
+/** Set the label of a transition in one step of undo. */
+async function setLabel(what, text) {
+  const one = itemOf(what);
+  const operations = labelOperations(what, text);
+  const { trigger, label, guard } = readLabel(text);
   if (!operations.length) return true;
-  return edit(operations, () => { selected = transitionLike(source, { ...one, trigger, label, keys: { if: [guard] } }) || what; });
+  return edit(operations, () => { selected = transitionLike(what.source, { ...one, trigger, label, keys: { if: [guard] } }) || what; });
 }
 
 // --- clipboard ------------------------------------------------------------------------------------
@@ -299,6 +330,116 @@ async function tidy() {
   repaint();
 }
 
+// --- completion -----------------------------------------------------------------------------------
+
+let assisted = null; // the field below which completions and findings are shown
+let offered = []; // completions
+let active = -1; // the one that Enter takes
+for (const name of ["complete", "preview"]) QUESTIONS.add(name);
+
+/** Return the part of a label that is typed at the cursor; null where nothing is completed. */
+function labelPart(text, cursor) {
+  const before = text.slice(0, cursor);
+  const events = readLabel(text).trigger === "event" ? readLabel(text).label.split(/\s+/) : [];
+  let depth = 0;
+  let open = -1;
+  for (let at = 0; at < before.length; at += 1) {
+    if (before[at] === "[" && depth === 0 && open < 0) open = at;
+    if (before[at] === "[") depth += 1;
+    if (before[at] === "]") depth -= 1;
+    if (before[at] === "/" && depth === 0) return { what: "statements", text: before.slice(at + 1).trimStart(), events };
+  }
+  if (open >= 0) return depth > 0 ? { what: "guard", text: before.slice(open + 1), events } : null;
+  const timed = /^\s*(?:after|every)\s+(.*)$/.exec(before);
+  return timed ? { what: "delay", text: timed[1] } : { what: "event", text: /[^\s,]*$/.exec(before)[0] };
+}
+
+/** Return completions where the server has none, since the extra `lsp` is not installed. */
+function ownCompletions({ what, text }) {
+  if (what !== "event") return [];
+  const names = ["in", "internal"].flatMap((section) => documentOf.declared[section].map(([name]) => name.split("(")[0].trim()));
+  return names.filter((name) => name.startsWith(text)).map((label) => ({ label, detail: "event", insert: label, length: text.length }));
+}
+
+/** Show what can be typed in a field, and the findings of its text. */
+function showAssistance(findings = null) {
+  const box = $("edit-below");
+  const [list, found] = box.children;
+  list.hidden = !offered.length;
+  list.replaceChildren(...offered.map(({ label, detail }, index) => make("li", { id: `edit-option-${index}`, role: "option", "aria-selected": String(index === active), onpointerdown: (event) => { event.preventDefault(); acceptCompletion(index); } }, label, make("small", {}, detail))));
+  if (findings) {
+    found.replaceChildren(...findings.map(({ severity, message }) => make("p", { class: severity }, message)));
+    found.hidden = !findings.length;
+  }
+  box.hidden = !assisted || (list.hidden && found.hidden);
+  if (!assisted) return;
+  const { left, bottom } = assisted.getBoundingClientRect();
+  box.style.left = `${Math.max(0, Math.min(left, innerWidth - 330))}px`;
+  box.style.top = `${bottom + 2}px`;
+  if (assisted.matches("input")) setAttribute(assisted, "aria-expanded", !list.hidden);
+  if (active >= 0) setAttribute(assisted, "aria-activedescendant", `edit-option-${active}`);
+  else assisted.removeAttribute("aria-activedescendant");
+  if (active >= 0) list.children[active].scrollIntoView({ block: "nearest" });
+}
+
+function closeAssistance(field) {
+  if (assisted !== field) return;
+  [offered, active] = [[], -1];
+  showAssistance([]);
+  assisted = null;
+}
+
+/** Replace the word before the cursor by a completion. */
+function acceptCompletion(index) {
+  const { insert, length } = offered[index];
+  const at = assisted.selectionStart;
+  assisted.setRangeText(insert, at - length, at, "end");
+  [offered, active] = [[], -1];
+  showAssistance();
+  assisted.dispatchEvent(new Event("input"));
+}
+
+/** Complete what is typed in a field, and show the findings of its operations below it. */
+function assist(field, state, partOf, operationsOf) {
+  let turn = 0;
+  const ask = async () => {
+    turn += 1;
+    const [mine, part] = [turn, partOf(field.value, field.selectionStart)];
+    const found = part && documentOf.read ? await say("complete", { state, events: null, ...part }) : [];
+    if (mine !== turn || document.activeElement !== field) return;
+    [assisted, active] = [field, -1];
+    offered = (found || ownCompletions(part)).filter(({ insert, length }) => insert !== field.value.slice(field.selectionStart - length, field.selectionStart));
+    showAssistance();
+  };
+  const preview = throttled(async () => {
+    const operations = document.activeElement === field ? operationsOf(field.value) : [];
+    const found = operations.length ? await say("preview", { hash: documentOf.hash, operations }) : [];
+    if (document.activeElement !== field) return;
+    assisted = field;
+    showAssistance(found || []);
+  }, 250);
+  setAttribute(field, "aria-autocomplete", "list");
+  setAttribute(field, "aria-controls", "edit-completions");
+  if (field.matches("input")) for (const [name, value] of [["role", "combobox"], ["aria-expanded", false]]) setAttribute(field, name, value);
+  field.addEventListener("input", () => { ask(); preview(); });
+  field.addEventListener("blur", () => closeAssistance(field));
+  field.addEventListener("keydown", (event) => {
+    const { key } = event;
+    const isOpen = assisted === field && offered.length > 0;
+    if (key === " " && event.ctrlKey) ask();
+    else if (isOpen && (key === "ArrowDown" || key === "ArrowUp")) {
+      const count = offered.length + 1;
+      active = ((active + (key === "ArrowDown" ? 1 : -1) + 1 + count) % count) - 1;
+      showAssistance();
+    } else if (isOpen && active >= 0 && (key === "Enter" || key === "Tab")) acceptCompletion(active);
+    else if (isOpen && key === "Escape") { [offered, active] = [[], -1]; showAssistance(); }
+    else return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+  });
+  return field;
+}
+
 // --- editing in place -----------------------------------------------------------------------------
 
 /** Open the name of the selected state or the label of the transition where it is drawn. */
@@ -308,7 +449,7 @@ function editInPlace() {
   const what = selected;
   const isState = what.kind === "state";
   const given = isState ? what.id : labelText(one);
-  const input = make("input", { id: "edit-inline", value: given, spellcheck: "false", autocomplete: "off", list: isState ? null : "edit-events",
+  const input = make("input", { id: "edit-inline", value: given, spellcheck: "false", autocomplete: "off",
     "aria-label": isState ? "Name of the state" : "Label of the transition: event [guard] / statements", placeholder: isState ? "name" : "event [guard] / statements" });
   const old = $("edit-inline");
   if (old) old.remove();
@@ -316,9 +457,11 @@ function editInPlace() {
   const node = drawn && (views[0].nodes.get(`${isState ? "s" : "t"}${drawn.index}`) || [])[0];
   const frame = views[0].frame.getBoundingClientRect();
   const box = node ? node.getBoundingClientRect() : frame;
-  document.body.append(input);
+  document.querySelector("main").append(input);
   input.style.left = `${Math.max(frame.left, Math.min(box.left + (isState ? 0 : box.width / 2), frame.right - 260))}px`;
   input.style.top = `${Math.max(frame.top, Math.min(box.top + (isState ? 0 : box.height / 2), frame.bottom - 40))}px`;
+  if (isState) assist(input, "", () => null, (name) => (name === what.id ? [] : [{ op: "RenameSymbol", kind: "state", name: what.id, new: name.trim() }]));
+  else assist(input, what.source, labelPart, (text) => (itemOf(what) ? labelOperations(what, text) : []));
   let isDone = false;
   const close = () => { isDone = true; input.remove(); $("edit-item").focus(); };
   input.addEventListener("keydown", async (event) => {
@@ -372,12 +515,13 @@ function keyRows(rows, keys, name, index, hidden_ = []) {
     if (each.form === "flag") return row(each.name, make("input", { type: "checkbox", checked: value[0] === "true", onchange: (event) => set(event.target.checked ? ["true"] : []) }), each.doc);
     if (each.form === "choice") return row(each.name, choice(each.choices.map((word) => [word]), value[0] || each.choices[0], (word) => set([word])), each.doc);
     const isLong = each.form === "handlers" || each.form === "statements" || each.many;
+    const assisted_ = (box) => (["handlers", "statements"].includes(each.form) ? assist(box, name, (text, cursor) => ({ what: "statements", text: text.slice(0, cursor) }), (text) => [{ op: "SetKey", state: name, key: each.name, value: text.trim() ? [text] : [], index: index ?? null }]) : box);
     if (each.form === "handlers") {
       if (value.length > 1) return row(each.name, make("pre", {}, value.join("\n")), each.doc);
-      return row(each.name, textBox(value[0] || "", (text) => set(text.trim() ? [text] : []), { rows: Math.max(1, (value[0] || "").split("\n").length) }), each.doc);
+      return row(each.name, assisted_(textBox(value[0] || "", (text) => set(text.trim() ? [text] : []), { rows: Math.max(1, (value[0] || "").split("\n").length) })), each.doc);
     }
     const text = value.join("\n");
-    return row(each.name, textBox(text, (given) => set(each.many ? given.split("\n").map((one) => one.trim()).filter(Boolean) : given.trim() ? [given] : []), isLong ? { rows: Math.max(1, value.length) } : {}), each.doc);
+    return row(each.name, assisted_(textBox(text, (given) => set(each.many ? given.split("\n").map((one) => one.trim()).filter(Boolean) : given.trim() ? [given] : []), isLong ? { rows: Math.max(1, value.length) } : {})), each.doc);
   });
 }
 
@@ -436,7 +580,7 @@ function transitionPanel(one, { source, index }) {
   const move = (to) => edit([{ op: "MoveTransition", source, index, to }], () => { selected = { kind: "transition", source, index: to }; });
   const isOne = one.targets.length < 2;
   return [
-    row("label", textBox(labelText(one), (text) => setLabel({ kind: "transition", source, index }, text), { id: "edit-label", list: "edit-events", placeholder: "event [guard] / statements" }), "event [guard] / statements; after 5s, every 5s; nothing: always"),
+    row("label", assist(textBox(labelText(one), (text) => setLabel({ kind: "transition", source, index }, text), { id: "edit-label", placeholder: "event [guard] / statements" }), source, labelPart, (text) => labelOperations({ source, index }, text)), "event [guard] / statements; after 5s, every 5s; nothing: always"),
     row("from", choice(stateChoices(""), source, (to) => edit([{ op: "SetSource", source, index, new: to }], () => { selected = transitionLike(to, one) || { kind: "state", id: to }; }))),
     ...(isOne ? [row("to", choice([["", "(stays)"], ...stateChoices("")], one.targets[0] || "", (to) => edit([{ op: "SetTarget", source, index, targets: to ? [to] : [] }])))] : [row("to", make("span", {}, one.targets.join(", ")))]),
     ...keyRows(documentOf.rows.transition, one.keys, source, index, ["if"]),
@@ -523,8 +667,6 @@ function showEditor() {
     $("edit-panel").replaceChildren(...rows);
     if (focus && $(focus)) $(focus).focus();
   }
-  const events_ = documentOf.declared ? ["in", "internal"].flatMap((section) => documentOf.declared[section].map(([name]) => name.split("(")[0])) : [];
-  $("edit-events").replaceChildren(...events_.map((name) => make("option", { value: name })), make("option", { value: "after 5s" }));
   if (item) copyText(); // it is ready when Ctrl C is pressed
   showFindings();
   repaint();
@@ -718,16 +860,16 @@ window.addEventListener("pointerup", (event) => {
 function dropped({ how, from, hash }, to) {
   const { id, source, index } = from;
   if (how === "link") { if (to) addTransition(id, to.id, hash); }
-  if (how === "target" && to) edit([{ op: "SetTarget", source, index, targets: [to.id] }], () => select(from), hash);
+  if (how === "target" && to) edit([{ op: "SetTarget", source, index, targets: [to.id] }], () => select(from), { hash });
   if (how === "source" && to && to.id !== source) {
     const one = itemOf(from);
-    edit([{ op: "SetSource", source, index, new: to.id }], () => select(transitionLike(to.id, one) || to), hash);
+    edit([{ op: "SetSource", source, index, new: to.id }], () => select(transitionLike(to.id, one) || to), { hash });
   }
   if (how !== "move") return;
   const state = stateOf(id);
   if (!state || state.refines || (to && (to.id === id || inside(id).includes(to.id)))) return;
   const parent = to ? to.id : "";
-  if (parent !== (state.parent || "")) edit([{ op: "MoveState", state: id, parent }], () => { selected = { kind: "state", id }; }, hash);
+  if (parent !== (state.parent || "")) edit([{ op: "MoveState", state: id, parent }], () => { selected = { kind: "state", id }; }, { hash });
 }
 
 let suppressClick = false; // after a drag
@@ -775,6 +917,7 @@ const EDIT_KEYS = {
 document.addEventListener("keydown", (event) => {
   if (!documentOf) return;
   const isInput = event.target.matches("input:not([type=checkbox]), textarea");
+  if (document.querySelector("dialog[open]")) return;
   if ((event.ctrlKey || event.metaKey) && !event.altKey && !isInput) {
     const key = event.key.toLowerCase();
     if (key === "z" && !event.shiftKey) { event.preventDefault(); undo(); }
@@ -783,7 +926,7 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (drag && event.key === "Escape") { drag.how = ""; showDrag(null); return; }
-  if (!isEditing || event.ctrlKey || event.metaKey || event.altKey || $("keys").open) return;
+  if (!isEditing || event.ctrlKey || event.metaKey || event.altKey) return;
   if (isInput || event.key === "Tab" || event.key === "Escape") return;
   if (event.target.matches("select") && (event.target.id !== "edit-item" || /^(Arrow| |Home|End)/.test(event.key))) return;
   if (event.target.matches("button, summary, a") && [" ", "Enter"].includes(event.key)) return;
@@ -815,7 +958,7 @@ document.addEventListener("keydown", (event) => {
     make("details", { id: "edit-problems", class: "panel", open: true, hidden: true }, make("summary", {}, make("h2", {}, "Findings")), make("ul", { id: "edit-findings", class: "edit-list" })),
     make("details", { id: "edit-source", class: "panel" }, make("summary", {}, make("h2", {}, "Text")), make("pre", { id: "edit-text", tabindex: "0", role: "group", "aria-label": "Text of the file" }))));
   $("edit").before(make("div", { id: "edit-verdicts", class: "bar", role: "group", "aria-label": "Verdicts of check" }));
-  document.body.append(make("datalist", { id: "edit-events" }), shape("svg", { id: "edit-overlay", "aria-hidden": "true", hidden: true }, shape("line", { class: "edit-line" })));
+  document.querySelector("main").append(make("div", { id: "edit-below", hidden: true }, make("ul", { id: "edit-completions", role: "listbox", "aria-label": "Completions" }), make("div", { id: "edit-preview", role: "status", "aria-label": "Findings of the typed text" })), shape("svg", { id: "edit-overlay", "aria-hidden": "true", hidden: true }, shape("line", { class: "edit-line" })));
   $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
   const help = $("keys").querySelector("dl");
   help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["↑ ↓", "select the item before, after"], ["Ctrl C, Ctrl X, Ctrl V", "copy, cut and paste, as YAML text"], ["Ctrl D", "copy beside"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));

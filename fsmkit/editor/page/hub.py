@@ -18,7 +18,7 @@ from fsmkit.chart.drawing.positions.placement import (
 )
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.loading import base_documents
-from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Source
+from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Severity, Source
 from fsmkit.diagnostics.as_json import as_json, location
 from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.document import keys
@@ -38,6 +38,7 @@ from fsmkit.editor.editing.documents import all_states, state_of, transition_of
 from fsmkit.editor.editing.session import EditSession, read_operation, write_atomically
 from fsmkit.editor.editing.values import LISTS
 from fsmkit.editor.editing.yaml_tree import plain
+from fsmkit.editor.page.labels import PLACES, completions
 from fsmkit.inspector.commands import id_of, wrong
 from fsmkit.inspector.hub import Hub
 from fsmkit.inspector.simulation import Moment
@@ -49,10 +50,10 @@ from fsmkit.yaml.writer import declarations
 from fsmkit.yaml.writing import WRITE, data
 
 Json = dict[str, Any]
-EDITING = ("edit", "undo", "redo", "tidy", "trace", "copy")
-"""The commands of the editor; all others are those of a session."""
-QUERIES = ("copy",)
+QUERIES = ("copy", "complete", "preview", "dependents")
 """Commands of the editor that change nothing."""
+EDITING = ("edit", "undo", "redo", "tidy", "trace", *QUERIES)
+"""The commands of the editor; all others are those of a session."""
 VALID = ("post", "set", "returns", "change", "run", "step")
 """Commands that need a chart without errors."""
 NOTHING = "chart: Chart\nstates: {none: {}}\n"
@@ -98,20 +99,9 @@ class EditHub(Hub):
 
     def _read(self) -> Chart:
         """Return the chart of the present text, or what can be drawn of it."""
-        findings = Findings()
-        self.is_valid = False
-        try:
-            self._document = document = read(self.editing.source)
-            documents = (document, *base_documents(document, findings))
-            chart = elaborate(documents, findings)
-        except FsmkitError as error:
-            self._findings = error.diagnostics
-            chart = None
-            if self._document is not None and self._document.source != self.editing.source:
-                self._document = None
-        else:
-            self._findings = tuple(findings)
-            self.is_valid = chart is not None
+        found = _elaborated(self.editing.source)
+        self._document, self._findings, chart = found.document, found.findings, found.chart
+        self.is_valid = chart is not None
         if chart is None and self._document is not None:
             chart = _drawable(self._document)
         if chart is None:
@@ -219,6 +209,13 @@ class EditHub(Hub):
                 self.show_trace(str(fields.get("property", "")))
             case "copy":
                 return self._copied(fields)
+            case "complete":
+                return self._completed(fields)
+            case "preview":
+                return self._previewed(fields)
+            case "dependents":
+                renaming = self.editing.renaming(_renaming(fields))
+                return self.editing.other_files(renaming)
             case _:
                 self._edit(name, fields)
         return self.editing.hash
@@ -249,14 +246,36 @@ class EditHub(Hub):
             case "tidy":
                 self.placement = None
             case _:
-                given = fields.get("operations")
-                if not isinstance(given, list) or not all(isinstance(o, dict) for o in given):
-                    raise wrong("`operations` is a list of operations")
-                operations = [read_operation(one) for one in given]
-                self.editing.edit(operations, str(fields.get("hash", "")))
+                operations = _operations(fields)
+                files = fields.get("files")
+                if files and len(operations) == 1 and isinstance(operations[0], op.RenameSymbol):
+                    self.editing.rename(operations[0], [str(file) for file in files])
+                else:
+                    self.editing.edit(operations, str(fields.get("hash", "")))
                 for one in operations:
                     if isinstance(one, op.RenameSymbol) and self.placement is not None:
                         self.placement = renamed(self.placement, one.name, one.new)
+
+    def _completed(self, fields: Json) -> list[Json] | None:
+        """Return the completions of a text in the drawing."""
+        what = PLACES.get(str(fields.get("what")))
+        events = fields.get("events")
+        if what is None or not isinstance(events, list | None):
+            raise wrong("there is no such text", f"use one of {', '.join(PLACES)}")
+        given = None if events is None else tuple(map(str, events))
+        text, state = str(fields.get("text", "")), str(fields.get("state", ""))
+        return completions(self.editing.source, what, text, state, given)
+
+    def _previewed(self, fields: Json) -> list[Json]:
+        """Return the findings that operations would add."""
+        try:
+            source = self.editing.preview(_operations(fields), str(fields.get("hash", "")))
+            found = _elaborated(source).findings
+        except FsmkitError as error:
+            found = error.diagnostics
+        known = {(one.rule.name, one.message) for one in self._findings}
+        new = [one for one in found if (one.rule.name, one.message) not in known]
+        return [as_json(one) for one in new if one.severity is not Severity.NOTE]
 
     # --- the document -------------------------------------------------------------------------
 
@@ -332,6 +351,41 @@ def _state(state: DocState, parent: DocState | None, drawn: Mapping[tuple[str, i
             for one in state.transitions
         ],
     }
+
+
+@dataclass(frozen=True, slots=True)
+class _Elaborated:
+    """The document and the chart of a source, as far as they can be read, and its findings."""
+
+    document: Document | None
+    chart: Chart | None
+    findings: tuple[Diagnostic, ...]
+
+
+def _elaborated(source: Source) -> _Elaborated:
+    """Return the document and the chart of a source, as far as it has no errors."""
+    findings = Findings()
+    document = None
+    try:
+        document = read(source)
+        chart = elaborate((document, *base_documents(document, findings)), findings)
+    except FsmkitError as error:
+        return _Elaborated(document, None, error.diagnostics)
+    return _Elaborated(document, chart, tuple(findings))
+
+
+def _operations(fields: Json) -> list[op.Operation]:
+    given = fields.get("operations")
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+        raise wrong("`operations` is a list of operations")
+    return [read_operation(one) for one in given]
+
+
+def _renaming(fields: Json) -> op.RenameSymbol:
+    (operation, *more) = [*_operations(fields), None]
+    if not isinstance(operation, op.RenameSymbol) or more != [None]:
+        raise wrong("only one renaming has dependents")
+    return operation
 
 
 def _targets(one: DocTransition | None) -> list[str]:

@@ -191,3 +191,108 @@ def test_a_chart_with_errors_is_drawn_and_does_not_run(path: Path) -> None:
     hub.receive(client, json.dumps({"id": 1, "do": "run"}))
     assert answers[-1]["k"] == "refused"
     assert "errors" in answers[-1]["message"]
+
+
+DERIVED = "chart: D\nextends: g.yaml\nrefine:\n  a: {on: {more: b}}  # b\nevents: {in: [more]}\n"
+RENAMING = op.RenameSymbol("state", "b", "idle")
+
+
+def test_a_state_is_renamed_in_all_files_or_in_none(path: Path) -> None:
+    derived = path.with_name("d.yaml")
+    derived.write_bytes(DERIVED.replace("\n", "\r\n").encode())
+    session = EditSession(path)
+    assert session.other_files(session.renaming(RENAMING)) == ["d.yaml"]
+    with pytest.raises(FsmkitError, match="other files refer to the name now"):
+        session.rename(RENAMING, [])
+    derived.chmod(0o444)
+    if not os.access(derived, os.W_OK):  # not as root
+        with pytest.raises(FsmkitError, match="read-only"):
+            session.rename(RENAMING, ["d.yaml"])
+    derived.chmod(0o644)
+    assert path.read_text() == TEXT
+    session.rename(RENAMING, ["d.yaml"])
+    renamed = derived.read_bytes()
+    assert renamed == DERIVED.replace("more: b", "more: idle").replace("\n", "\r\n").encode()
+    assert "idle: {on: {back: a}}" in path.read_text()
+    session.undo()
+    assert (path.read_text(), derived.read_bytes().decode().replace("\r\n", "\n")) == (
+        TEXT,
+        DERIVED,
+    )
+    session.redo()
+    assert derived.read_bytes() == renamed
+    derived.write_bytes(renamed + b"# changed\r\n")
+    with pytest.raises(FsmkitError, match="changed by another program"):
+        session.undo()
+    assert "idle" in path.read_text()
+
+
+def test_a_renaming_that_fails_halfway_is_taken_back(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("d", "e"):
+        path.with_name(f"{name}.yaml").write_text(DERIVED)
+    path.with_name("e.yaml").unlink()
+    path.with_name("e.yaml").symlink_to(path.with_name("d.yaml"))
+    session = EditSession(path)
+    names = session.other_files(session.renaming(RENAMING))
+    with monkeypatch.context() as patched:
+        patched.setattr(EditSession, "_write", _full)
+        with pytest.raises(FsmkitError, match="No space left"):
+            session.rename(RENAMING, names)
+    assert path.with_name("d.yaml").read_text() == DERIVED
+    assert path.read_text() == TEXT
+
+
+def _full(self: EditSession, text: str) -> None:
+    del text
+    raise self._failed("write", OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
+
+
+COMPLETED = [
+    ({"what": "event", "text": "g"}, {"go"}),
+    ({"what": "event", "text": ""}, {"go", "back"}),
+    ({"what": "guard", "text": "n > 0 and n"}, {"n"}),
+    ({"what": "guard", "text": "In("}, {"a", "b"}),
+    ({"what": "statements", "text": "send "}, {"done"}),
+    ({"what": "statements", "text": "n = 0; be"}, {"beep"}),
+    ({"what": "state", "text": ""}, {"a", "b"}),
+    ({"what": "guard", "text": "event.", "events": ["go"]}, {"speed"}),
+]
+
+
+@pytest.mark.parametrize(("fields", "names"), COMPLETED)
+def test_a_text_of_the_drawing_is_completed(
+    fields: dict[str, Any], names: set[str], path: Path
+) -> None:
+    path.write_text(
+        TEXT.replace("[go, back]}", "['go(speed 0..9)', back], out: [done]}\n"
+                     "data: {n: 0..9 = 0}\noperations: [beep()]")
+    )  # fmt: skip
+    hub = EditHub(EditSession(path))
+    assert hub.is_valid, hub.document()["findings"]
+    answers: list[Any] = []
+    client = hub.join(lambda text: answers.append(json.loads(text)))
+    hub.receive(client, json.dumps({"id": 1, "do": "complete", **fields}))
+    assert names <= {one["label"] for one in answers[-1]["result"]}, answers[-1]
+    for wrong in ({"what": "poem"}, {"what": "event", "events": 7}, {}):
+        hub.receive(client, json.dumps({"id": 2, "do": "complete", **wrong}))
+        assert answers[-1]["k"] == "refused"
+
+
+def test_a_preview_has_the_findings_that_an_edit_would_add(path: Path) -> None:
+    hub = EditHub(EditSession(path))
+    answers: list[Any] = []
+    client = hub.join(lambda text: answers.append(json.loads(text)))
+
+    def preview(*operations: dict[str, Any]) -> list[str]:
+        fields = {"id": 1, "do": "preview", "hash": hub.editing.hash, "operations": operations}
+        hub.receive(client, json.dumps(fields))
+        return [one["message"] for one in answers[-1]["result"]]
+
+    guard = {"op": "SetGuard", "source": "a", "index": 0}
+    assert preview({**guard, "guard": "1 < 2"}) == []
+    assert "missing" in preview({**guard, "guard": "missing > 1"})[0]
+    assert preview({**guard, "guard": "1 <"})
+    assert "a" in preview({"op": "RenameSymbol", "kind": "state", "name": "b", "new": "a"})[0]
+    assert path.read_text() == TEXT

@@ -108,4 +108,5 @@ def require_accessible(editor: Editor) -> None:
     session.send("Runtime.evaluate", {"expression": AXE.read_text(encoding="utf-8")})
     found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
     assert found["passes"]
-    assert [(v["id"], [n["html"] for n in v["nodes"]]) for v in found["violations"]] == []
+    problems = [(v["id"], [n["html"] for n in v["nodes"]]) for v in found["violations"]]
+    assert problems == [], problems

@@ -12,6 +12,7 @@ import pytest
 import fsmkit
 from fsmkit.editor.checking.background import Background
 from fsmkit.editor.page.following import verdicts_of
+from fsmkit.editor.page.hub import Verdict
 from tests.editor.page.editor import Editor, editing, require_accessible
 
 if TYPE_CHECKING:
@@ -79,9 +80,8 @@ def test_a_counterexample_is_stepped_in_the_drawing(browser: Browser, tmp_path: 
         page.click("#mode-run")
         page.get_by_role("button", name="go", exact=True).click()
         page.wait_for_selector("#drawing .state.active:has-text('b')")
-        check(editor)
-        page.wait_for_selector(".edit-chip.holds:has-text('never_c')")
-        editor.hub.show_verdicts([])
+        editor.hub.show_verdicts([Verdict("never_c", "holds", "holds: 2 states")])
+        page.wait_for_selector("span.edit-chip.holds:has-text('never_c: holds: 2 states')")
 
 
 def test_arrows_are_drawn_and_their_ends_are_dragged(browser: Browser, tmp_path: Path) -> None:
@@ -183,3 +183,105 @@ def test_states_and_transitions_are_copied_as_text(browser: Browser, tmp_path: P
             press("Control+z")
             editor.edited()
         assert fsmkit.read_chart(path).states[-1].id == "c"
+
+
+TYPED = """\
+chart: G
+events: {in: [go, goal, stop]}
+data: {level: 0..9 = 0, lever: bool = false}
+operations: [beep(n 0..9), press()]
+states:
+  a: {on: {go: b}}
+  b: {}
+"""
+
+
+def test_labels_are_completed_and_their_findings_shown(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "g.yaml"
+    path.write_text(TYPED)
+    with editing(browser, path) as editor:
+        page, press, type_ = editor.page, editor.page.keyboard.press, editor.page.keyboard.type
+
+        def offered(*names: str) -> None:
+            page.wait_for_function(
+                "names => names.every((name) => offered.some(({label}) => label === name))"
+                " && !$('edit-completions').hidden",
+                arg=list(names),
+            )
+
+        editor.settled()
+        page.select_option("#edit-item", label="a: go → b")
+        press("F2")
+        page.wait_for_selector("#edit-inline:focus")
+        press("Control+A")
+        type_("go")
+        offered("goal")
+        assert page.evaluate("offered.map(({label}) => label)") == ["goal"]
+        press("ArrowDown")
+        press("Enter")
+        assert page.input_value("#edit-inline") == "goal"
+        type_(" [le")
+        offered("level", "lever")
+        press("ArrowDown")
+        press("Tab")
+        type_(" > lost")
+        page.wait_for_selector("#edit-preview .error:has-text('lost')")
+        editor.picture("typed")
+        require_accessible(editor)
+        for _ in "lost":
+            press("Backspace")
+        type_("3] / ")
+        offered("beep", "press", "level", "send")
+        type_("pre")
+        offered("press")
+        editor.picture("offered")
+        press("Escape")
+        assert page.locator("#edit-completions").is_hidden()
+        type_("ss()")
+        page.wait_for_selector("#edit-preview .error", state="detached")
+        press("Enter")
+        page.wait_for_selector("#edit-inline", state="detached")
+        editor.edited()
+        assert "goal: {if: level > 3, target: b, do: press()}" in path.read_text()
+        field = page.locator("#edit-panel label:has(span:text-is('do')) >> css=textarea")
+        field.click()
+        press("End")
+        type_("; be")
+        offered("beep")
+        press("ArrowDown")
+        press("Enter")
+        type_("(3)")
+        press("Control+Enter")
+        page.wait_for_function("() => documentOf.text.includes('beep(3)')")
+
+
+def test_a_new_name_goes_to_the_files_that_refer_to_it(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "base.yaml"
+    path.write_text("chart: Base\nevents: {in: [go]}\nstates:\n  a: {on: {go: b}}\n  b: {}\n")
+    derived = tmp_path / "parts" / "derived.yaml"
+    derived.parent.mkdir()
+    derived.write_text(
+        "chart: Derived\nextends: ../base.yaml\nrefine:\n  a:\n    on: {stop: b}  # b\n"
+        "events: {in: [stop]}\n"
+    )
+    texts = [path.read_text(), derived.read_text()]
+    with editing(browser, path) as editor:
+        page = editor.page
+        page.select_option("#edit-item", label="b")
+        for answer in ("Cancel", "Rename in all files"):
+            page.fill("#edit-name", "idle")
+            page.press("#edit-name", "Enter")
+            page.wait_for_selector("#edit-confirm li:text-is('parts/derived.yaml')")
+            editor.picture("confirm")
+            page.click(f"#edit-confirm button:text-is('{answer}')")
+            if answer == "Cancel":
+                page.wait_for_function("() => $('edit-name').value === 'b'")
+                assert [path.read_text(), derived.read_text()] == texts
+        page.wait_for_function("() => stateOf('idle')")
+        editor.edited()
+        assert "on: {stop: idle}  # b" in derived.read_text()
+        assert fsmkit.read_chart(derived).states[-1].id == "idle"
+        page.click("#edit-undo")
+        page.wait_for_function("() => stateOf('b')")
+        editor.edited()
+        assert [path.read_text(), derived.read_text()] == texts
