@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
-from fsmkit.chart.chart import result_types
+from fsmkit.chart.chart import Chart, result_types
+from fsmkit.chart.drawing.states.boxes import opening_folds
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.inspector.charts import DrawnBy, chart_message
 from fsmkit.inspector.commands import wrong
@@ -43,6 +44,8 @@ class MessageEncoder:
         self._texts: dict[_Key, bytes] = {}
         self.drawn: DrawnBy | None = None
         """Draws charts; None for a whole layout of each."""
+        self.opening: Callable[[Chart], frozenset[int]] = opening_folds
+        """Chooses the folded states of a drawing for which a client has not chosen them."""
 
     @property
     def machines(self) -> list[Named]:
@@ -54,18 +57,23 @@ class MessageEncoder:
         self,
         hash_: str,
         hide: Sequence[str] = (),
-        fold: Sequence[str] = (),
+        fold: Sequence[str] | None = None,
         *,
         is_drawn: bool = True,
     ) -> bytes:
-        """Return the message of a chart, drawn once; `FsmkitError` for a hash of none."""
+        """Return the message of a chart, drawn once; `FsmkitError` for a hash of none.
+
+        ``fold`` None: the states that are folded when the chart is first shown.
+        """
         if hash_ not in self.hashes:
             raise wrong("this session has no chart of that hash", "use those of `hello`")
+        fold = self._folds(hash_, fold)
         key = _key(hash_, hide, fold, is_drawn=is_drawn)
         if key not in self._texts:
-            while (
-                len(self._texts) > MOST_DRAWINGS
-            ):  # each choice of folded states is another drawing
+            # each choice of folded states is another drawing; one that keeps positions starts from
+            # the last, so that an earlier one is out of date
+            most = MOST_DRAWINGS if self.drawn is None else 0
+            while len(self._texts) > most:
                 self._texts.pop(next(iter(self._texts)))
             chart = self._charts[self.hashes.index(hash_)]
             self._texts[key] = to_json(
@@ -77,13 +85,15 @@ class MessageEncoder:
         self,
         hash_: str,
         hide: Sequence[str] = (),
-        fold: Sequence[str] = (),
+        fold: Sequence[str] | None = None,
         *,
         is_drawn: bool = True,
     ) -> Callable[[], object] | None:
         """Return a function that draws a chart in another thread, or None without a drawing."""
-        key = _key(hash_, hide, fold, is_drawn=is_drawn)
-        if not is_drawn or hash_ not in self.hashes or key in self._texts:
+        if not is_drawn or hash_ not in self.hashes:
+            return None
+        fold = self._folds(hash_, fold)
+        if _key(hash_, hide, fold, is_drawn=is_drawn) in self._texts:
             return None
 
         def draw() -> None:
@@ -91,6 +101,13 @@ class MessageEncoder:
                 self.chart(hash_, hide, fold)
 
         return draw
+
+    def _folds(self, hash_: str, fold: Sequence[str] | None) -> Sequence[str]:
+        """Return the names of folded states: the given ones, or those of a first drawing."""
+        if fold is not None:
+            return fold
+        chart = self._charts[self.hashes.index(hash_)]
+        return [chart.states[state].id for state in sorted(self.opening(chart))]
 
     def states(self, n: int, moment: Moment) -> tuple[State, ...]:
         """Return all machines after an entry."""

@@ -10,7 +10,7 @@ from typing import Any
 import fsmkit.language as lang
 from fsmkit.chart.chart import Chart, Data, Transition, result_types
 from fsmkit.chart.drawing.graphviz.engine import why_no_drawing
-from fsmkit.chart.drawing.states.boxes import boxed, composites, shown
+from fsmkit.chart.drawing.states.boxes import composites, shown
 from fsmkit.chart.drawing.states.folding import ALL
 from fsmkit.chart.drawing.states.labels import label
 from fsmkit.diagnostics import FsmkitError
@@ -96,6 +96,7 @@ def chart_message(
         sources=[{"name": source.name, "text": source.text} for source in chart.sources],
         hides=[name for name, is_it in HIDDEN.items() if any(map(is_it, chart.transitions))],
         folds=[chart.states[state].id for state in sorted(composites(chart))],
+        folded=[chart.states[state].id for state in sorted(folds)],
         svg=svg,
         undrawn=undrawn,
     )
@@ -175,7 +176,7 @@ def _without(chart: Chart, hide: Sequence[str]) -> Chart:
 
 def _drawn(chart: Chart, fold: frozenset[int], drawn: DrawnBy | None = None) -> tuple[str, str]:
     """Return the drawing and an empty string; or an empty string and why drawing failed."""
-    count = len(shown(boxed(chart, fold))) - 1  # without the root
+    count = len(shown(chart, fold)) - 1  # without the root
     if count > MOST_DRAWN:
         return "", f"A drawing has at most {MOST_DRAWN} states, and this has {count:,}: fold some."
     try:

@@ -160,13 +160,14 @@ class ChartRequest(Command, frozen=True, tag="chart", kw_only=True):
     """Send a chart by its hash; ``hide``: transitions that the drawing omits.
 
     These are ``inherited`` ones, and ``watchdogs``: timeouts that only report a fault. ``fold``:
-    composite states drawn as boxes without content. ``drawn`` false: omit the drawing, which takes
-    a second for a large chart.
+    composite states drawn as boxes without content. Without it a small chart has none, and a large
+    chart its outer ones, which the result names. ``drawn`` false: omit the drawing, which takes a
+    second for a large chart.
     """
 
     chart: str
     hide: list[str] = []
-    fold: list[str] = []
+    fold: list[str] | None = None
     drawn: bool = True
 
 

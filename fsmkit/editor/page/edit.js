@@ -536,6 +536,17 @@ function inside(id) {
   return found;
 }
 
+/** Return the folded states of the drawing. */
+const foldedStates = () => folds.get(views[0].chart && views[0].chart.chart) || new Set();
+
+/** Fold the selected composite state, or unfold it. */
+function foldSelected() {
+  const drawn = selected && selected.kind === "state" ? drawnItem(views[0], selected) : chosen;
+  if (!drawn || drawn.kind !== "state") return;
+  act.fold(views[0], drawn.index);
+  showEditor();
+}
+
 function statePanel(state) {
   const { id } = state;
   const within = inside(id);
@@ -553,6 +564,7 @@ function statePanel(state) {
     make("ul", { class: "edit-list" }, ...state.transitions.map((one, index) => make("li", {}, make("button", { onclick: () => select({ kind: "transition", source: id, index }) }, `${labelText(one) || "always"} → ${one.targets.join(", ") || "(stays)"}`)))),
     make("div", { class: "bar" },
       make("button", { id: "edit-add-transition", title: "t", onclick: () => openTargets(id) }, "Transition to ..."),
+      ...(state.children ? [make("button", { title: "c", class: "fold", onclick: foldSelected }, foldedStates().has(id) ? "Unfold" : "Fold")] : []),
       ...(state.refines ? [] : [make("button", { onclick: () => { const name = freshName("compound"); edit([{ op: "WrapInState", states: [id], name }], () => { selected = { kind: "state", id: name }; }); } }, "Wrap")]),
       ...(state.kind === "compound" && state.children && !state.refines ? [make("button", { onclick: () => edit([{ op: "UnwrapState", state: id }], () => { selected = null; }) }, "Unwrap")] : []),
       make("button", { title: "Delete", onclick: removeSelected }, "Remove")),
@@ -880,6 +892,7 @@ views[0].frame.addEventListener("dblclick", (event) => {
   const what = documentItem(views[0], views[0].meant(event.target));
   if (!what) return;
   selected = what;
+  if (what.kind === "state" && foldedStates().has(what.id)) { foldSelected(); return; }
   showEditor();
   editInPlace();
 }, true);
@@ -910,6 +923,7 @@ const EDIT_KEYS = {
   F2: editInPlace,
   Enter: editInPlace,
   Delete: removeSelected,
+  c: () => foldSelected(),
   ArrowDown: () => stepSelection(1),
   ArrowUp: () => stepSelection(-1),
 };
@@ -961,7 +975,7 @@ document.addEventListener("keydown", (event) => {
   document.querySelector("main").append(make("div", { id: "edit-below", hidden: true }, make("ul", { id: "edit-completions", role: "listbox", "aria-label": "Completions" }), make("div", { id: "edit-preview", role: "status", "aria-label": "Findings of the typed text" })), shape("svg", { id: "edit-overlay", "aria-hidden": "true", hidden: true }, shape("line", { class: "edit-line" })));
   $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
   const help = $("keys").querySelector("dl");
-  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["↑ ↓", "select the item before, after"], ["Ctrl C, Ctrl X, Ctrl V", "copy, cut and paste, as YAML text"], ["Ctrl D", "copy beside"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
+  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["c", "fold, unfold"], ["↑ ↓", "select the item before, after"], ["Ctrl C, Ctrl X, Ctrl V", "copy, cut and paste, as YAML text"], ["Ctrl D", "copy beside"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
   views[0].look.setFollowing(false);
   document.body.classList.add("editing");
 })();

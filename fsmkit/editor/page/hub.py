@@ -16,6 +16,7 @@ from fsmkit.chart.drawing.positions.placement import (
     read_hints,
     renamed,
 )
+from fsmkit.chart.drawing.states.boxes import composites, opening_folds
 from fsmkit.chart.elaborate import elaborate
 from fsmkit.chart.loading import base_documents
 from fsmkit.diagnostics import Diagnostic, Findings, FsmkitError, Severity, Source
@@ -92,8 +93,10 @@ class EditHub(Hub):
         self.placement: Placement | None = read_hints(editing.path)
         """The positions of the last drawing, which the next one keeps."""
         self._saved = self.placement
+        self._folded: frozenset[str] | None = None
+        """The folded states of the last drawing; None before the first."""
         super().__init__(self._read(), file=editing.path, **options)
-        self.view.course.encoder.drawn = self._draw
+        self._set_drawing(self.view.course)
 
     # --- charts -------------------------------------------------------------------------------
 
@@ -123,13 +126,22 @@ class EditHub(Hub):
 
     def _show(self, course: Course, start: Moment | None, end: Sequence[Json] = ()) -> None:
         super()._show(course, start, end)
+        self._set_drawing(course)
+
+    def _set_drawing(self, course: Course) -> None:
         course.encoder.drawn = self._draw
+        course.encoder.opening = self._opening
+
+    def _opening(self, chart: Chart) -> frozenset[int]:
+        """Return the states that stay folded after an edit."""
+        if self._folded is None:
+            return opening_folds(chart)
+        return frozenset(i for i in composites(chart) if chart.states[i].id in self._folded)
 
     def _draw(self, chart: Chart, fold: frozenset[int]) -> str:
         """Draw a chart; states that stay keep their positions."""
-        svg, placement = draw_kept(chart, self.placement, fold=fold)
-        if not fold:
-            self.placement = placement
+        svg, self.placement = draw_kept(chart, self.placement, fold=fold)
+        self._folded = frozenset(chart.states[state].id for state in fold)
         return svg
 
     def save_hints(self) -> None:
@@ -253,8 +265,21 @@ class EditHub(Hub):
                 else:
                     self.editing.edit(operations, str(fields.get("hash", "")))
                 for one in operations:
-                    if isinstance(one, op.RenameSymbol) and self.placement is not None:
-                        self.placement = renamed(self.placement, one.name, one.new)
+                    self._keep_places(one)
+
+    def _keep_places(self, operation: op.Operation) -> None:
+        """Keep positions and folds through an operation; what gets a new state is unfolded."""
+        match operation:
+            case op.RenameSymbol(kind="state", name=name, new=new):
+                if self.placement is not None:
+                    self.placement = renamed(self.placement, name, new)
+                if self._folded is not None and name in self._folded:
+                    self._folded = self._folded - {name} | {new}
+            case op.AddState(parent=parent) | op.MoveState(parent=parent):
+                if self._folded is not None:
+                    self._folded -= {parent}
+            case _:
+                pass
 
     def _completed(self, fields: Json) -> list[Json] | None:
         """Return the completions of a text in the drawing."""

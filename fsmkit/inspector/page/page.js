@@ -85,16 +85,16 @@ async function askBranches() {
 // Charts are large: they are requested one after the other, and drawings only for those in view.
 const askedFor = new Map(); // hash: the parts omitted from its drawing, or UNDRAWN
 const UNDRAWN = "-";
-const folds = new Map(); // hash: the states that are folded
+const folds = new Map(); // hash: the states that are folded; missing until the server has chosen them
 
 /** Return the layout options of a chart: its omitted parts. */
 function layoutOf(hash) {
   const chart = session.charts.get(hash);
-  const fold = chart && chart.folds ? [...(folds.get(hash) || [])].sort() : [];
+  const fold = chart && chart.folds && folds.has(hash) ? [...folds.get(hash)].sort() : null;
   return { hide: [...hidden].sort(), fold };
 }
 
-const keyOf = ({ hide, fold }) => `${hide.join()};${fold.join("\n")}`;
+const keyOf = ({ hide, fold }) => `${hide.join()};${fold ? fold.join("\n") : "?"}`;
 let loading = false;
 
 /** Whether a chart came with its drawing, if there is one. */
@@ -110,8 +110,19 @@ async function askCharts() {
   const layout = layoutOf(wanted);
   askedFor.set(wanted, toDraw ? keyOf(layout) : UNDRAWN);
   await say("chart", toDraw ? { chart: wanted, ...layout } : { chart: wanted, drawn: false });
+  if (toDraw && !layout.fold) takeFolds(wanted);
   loading = false;
   repaint();
+}
+
+/** Take the folds that the server has chosen for the first drawing of a chart. */
+function takeFolds(hash) {
+  const chart = session.charts.get(hash);
+  if (!chart || !chart.folds || folds.has(hash)) return;
+  const chosenFolds = new Set(chart.folded || []);
+  folds.set(hash, chosenFolds);
+  askedFor.set(hash, keyOf(layoutOf(hash)));
+  for (const view of views) if (view.chart === chart) view.fold(chosenFolds);
 }
 
 // --- display -------------------------------------------------------------------------------

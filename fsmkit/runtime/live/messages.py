@@ -250,6 +250,8 @@ class ChartOf(Message, frozen=True, tag="chart", kw_only=True):
     """Parts that the drawing can omit; see the command ``chart``."""
     folds: list[str] = []
     """The states that a drawing can show as boxes without content."""
+    folded: list[str] = []
+    """The states that this drawing shows so."""
     svg: str = ""
     """A drawing with the ids `s12`, `t25`, `w25`; empty if it was not requested or failed."""
     undrawn: str = ""

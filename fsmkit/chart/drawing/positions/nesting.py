@@ -22,7 +22,7 @@ MANY = 60
 """Boxes of a graph above which Graphviz improves its layout less."""
 FAST = "nslimit=1, nslimit1=1, mclimit=0.3, splines=line"
 
-MOST_LONG, LONG = 1_200.0, 3.0
+MOST_LONG, LONG = 1_500.0, 4.0
 """Points of a row or a column, and how many times longer than wide it is, before it is cut."""
 SHAPE = 1.4
 """Wanted width of a drawing, in heights."""
@@ -180,7 +180,7 @@ def _wrap(places: Mapping[str, Rect]) -> dict[str, tuple[float, float]]:
     height = max(box.bottom for box in boxes) - min(box.y for box in boxes)
     is_tall = height > width
     long, short = (height, width) if is_tall else (width, height)
-    if long < MOST_LONG or long < LONG * short:
+    if not is_long(long, short):
         return {}
     wanted = SHAPE if is_tall else 1 / SHAPE
     count = max(1, round((wanted * long / (short + BETWEEN)) ** 0.5))
@@ -203,6 +203,11 @@ def _wrap(places: Mapping[str, Rect]) -> dict[str, tuple[float, float]]:
         moves |= dict.fromkeys(band, (side, -start) if is_tall else (-start, side))
         across = max(high for _, high in sides) + side + BETWEEN
     return moves
+
+
+def is_long(long: float, short: float) -> bool:
+    """Whether a drawing of these sides is too long for a screen."""
+    return long > MOST_LONG and long > LONG * short
 
 
 def _extent(box: Rect, is_down: bool) -> tuple[float, float]:

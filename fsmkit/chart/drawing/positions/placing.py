@@ -43,6 +43,8 @@ class Item:
     is_container: bool = False
     is_small: bool = False
     """A dot, or the text of an arrow: not a state."""
+    is_between: bool = False
+    """A small box that belongs between the first two of ``near``."""
     top: float = 0
     at: tuple[float, float] | None = None
     """Where it is in its parent, from the upper left corner, if it was not drawn before."""
@@ -73,6 +75,8 @@ class _Placing:
                 self._wrap(item)
         for item in reversed(kept):
             self._grow(item.name)
+            if item.is_container and not self._had_content(item.name):
+                self._make_room(item.name)
         for item in kept:
             self._settle(item.name)
         for item in sorted(self.items.values(), key=lambda each: each.is_small):
@@ -152,6 +156,40 @@ class _Placing:
         self.boxes[name] = grown = Rect(left, top, right - left, bottom - top)
         return grown != box
 
+    def _had_content(self, name: str) -> bool:
+        """Whether something in a box was drawn before."""
+        return any(child in self.old for child in self.children.get(name, ()))
+
+    def _make_room(self, name: str) -> None:
+        """Move what was below an opened box, or to its right, by as much as it has grown."""
+        before, now = self.old[name], self.boxes[name]
+        others = [(other, self.boxes[other]) for other in self._siblings(name)]
+        below = [other for other, box in others if box.y >= before.bottom - 1]
+        beside = [other for other, box in others if box.x >= before.right - 1]
+        if any(self.boxes[other].meets(now, TOUCH) for other in below):
+            for other in self._behind(now, below, is_down=True):
+                self._move(other, 0.0, now.bottom - before.bottom)
+        if any(self.boxes[other].meets(now, TOUCH) for other in beside):
+            for other in self._behind(now, beside, is_down=False):
+                self._move(other, now.right - before.right, 0.0)
+
+    def _behind(self, box: Rect, others: Sequence[str], *, is_down: bool) -> list[str]:
+        """Return the boxes that a moving one pushes, and those that they push."""
+        found: list[str] = []
+        reached = [box]
+        waiting = sorted(others, key=lambda o: self.boxes[o].y if is_down else self.boxes[o].x)
+        for other in waiting:
+            one = self.boxes[other]
+            if any(
+                (each.x < one.right + GAP and one.x < each.right + GAP)
+                if is_down
+                else (each.y < one.bottom + GAP and one.y < each.bottom + GAP)
+                for each in reached
+            ):
+                found.append(other)
+                reached.append(one)
+        return found
+
     def _settle(self, name: str) -> None:
         """Push siblings away from a box, and those that they meet; then the same for the parent."""
         while name:
@@ -187,7 +225,7 @@ class _Placing:
         top = 0.0 if around is None else around.y + self._top(item.parent) + MARGIN
         left = 0.0 if around is None else around.x + MARGIN
         if item.is_small:
-            x, y = self._near(anchor, width, height, left, top)
+            x, y = self._near(item, anchor, width, height, left, top)
         elif anchor is None:
             x, y = left, top
         else:
@@ -199,10 +237,21 @@ class _Placing:
         return self.items[name].top if name in self.items else 0.0
 
     def _near(
-        self, anchor: Rect | None, width: float, height: float, left: float, top: float
+        self, item: Item, anchor: Rect | None, width: float, height: float, left: float, top: float
     ) -> tuple[float, float]:
+        """Return the wish of a small box: between its two neighbours, or above the only one."""
         if anchor is None:
             return left, top
+        others = [self.boxes[name] for name in item.near[1:2] if name in self.boxes]
+        if item.is_between and others:
+            x, y = others[0].centre
+            x = min(max(x, anchor.x), anchor.right) - width / 2
+            if others[0].y >= anchor.bottom:
+                return x, anchor.bottom + 3 * NEAR
+            if others[0].bottom <= anchor.y:
+                return x, anchor.y - 3 * NEAR - height
+            side = anchor.right + 3 * NEAR
+            return (side if others[0].x >= anchor.right else anchor.x - 3 * NEAR - width), y
         x, y = anchor.centre[0] - width / 2, anchor.y - 3 * NEAR - height
         return (x, y) if y >= top else (anchor.x - 3 * NEAR - width, anchor.y)
 

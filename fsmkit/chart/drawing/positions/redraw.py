@@ -24,7 +24,7 @@ from fsmkit.chart.drawing.layout import (
     split_layout,
 )
 from fsmkit.chart.drawing.positions.curves import along, moved
-from fsmkit.chart.drawing.positions.nesting import Nested, Tie, lay_out_nested
+from fsmkit.chart.drawing.positions.nesting import Nested, Tie, is_long, lay_out_nested
 from fsmkit.chart.drawing.positions.picture import Drawn, Text, picture
 from fsmkit.chart.drawing.positions.pieces import (
     Piece,
@@ -50,6 +50,8 @@ TITLE = (8.0, 4.0)
 SMALL = ("initial_", "own_", "label_", "fork_")
 MOST_WHOLE = 120
 """States that Graphviz lays out as one graph; its time grows with their square and more."""
+SIZE = "size"
+"""The word after a state's name for the size that it had before it was folded."""
 SAME = 0.5
 """Points below which a box has not moved and has the same size."""
 
@@ -88,7 +90,7 @@ def redraw(chart: Chart, text: str, old: Placement | None) -> Redrawn:
 
 
 def _whole_layout(scene: _Scene, text: str) -> Placement:
-    """Return the layout of a chart by Graphviz; an empty one for a chart that is too large."""
+    """Return the layout of a chart by Graphviz; an empty one if it is too large or too long."""
     if sum(not item.is_small for item in scene.items) > MOST_WHOLE:
         return Placement()
     try:
@@ -97,7 +99,12 @@ def _whole_layout(scene: _Scene, text: str) -> Placement:
         if error.diagnostics[0].rule.name != "drawing-failed":
             raise
         return Placement()
-    return _placement(graph, improvements(graph), scene.names)
+    found = _placement(graph, improvements(graph), scene.names)
+    boxes = found.boxes.values()
+    width = max((box.right for box in boxes), default=0) - min((b.x for b in boxes), default=0)
+    height = max((box.bottom for box in boxes), default=0) - min((b.y for b in boxes), default=0)
+    # a long one is cut into pieces side by side
+    return Placement() if is_long(max(width, height), min(width, height)) else found
 
 
 class _Names:
@@ -195,7 +202,8 @@ class _Scene:
             size = self.pieces.get(part.owner, Piece())
             is_cluster = kind == "graph"
             if node.startswith(("label_", "fork_")):
-                beside: tuple[str, ...] = (name.split(" > ")[0],)
+                ends = name.rpartition(" ")[0].split(" > ")
+                beside: tuple[str, ...] = (ends[0], *ends[1].split(" ")[:1])
             elif node.startswith(("initial_", "own_")):
                 beside = _initial_target(self.chart, int(node.split("_")[1]))
             else:
@@ -205,7 +213,8 @@ class _Scene:
                     name, self.names.part(part.cluster) or "",
                     size.width + (2 * TITLE[0] if is_cluster else 0),
                     size.height + (2 * TITLE[1] if is_cluster else 0), beside, is_cluster,
-                    node.startswith(SMALL), size.height if is_cluster else 0,
+                    node.startswith(SMALL), node.startswith(("label_", "fork_")),
+                    size.height if is_cluster else 0,
                 )
             )  # fmt: skip
         return found
@@ -249,6 +258,9 @@ class _Scene:
         for item in self.items:
             spot = nested.places.get(item.name) or old.hidden.get(item.name)
             width, height = nested.sizes.get(item.name, (item.width, item.height))
+            size = old.hidden.get(f"{item.name} {SIZE}")
+            if item.is_container and size is not None:
+                width, height = max(width, size.width), max(height, size.height)
             at = None if spot is None else (spot.x, spot.y)
             found.append(replace(item, width=width, height=height, at=at))
         return found
@@ -263,7 +275,7 @@ class _Scene:
             owner = self.chart.state_index.get(state)
             if name in boxes or owner is None:
                 continue
-            is_inside = rest in ("initial", "own")
+            is_inside = rest in ("initial", "own", SIZE)
             if not (state in folded or (is_inside and not self.chart.states[owner].children)):
                 continue
             parent = (
@@ -273,6 +285,8 @@ class _Scene:
             if name in old.boxes and around is not None:
                 box = old.boxes[name]
                 found[name] = replace(box, x=box.x - around.x, y=box.y - around.y)
+                if rest == "initial":
+                    found[f"{state} {SIZE}"] = replace(around, x=0, y=0)
             elif name in old.hidden:
                 found[name] = old.hidden[name]
         return found

@@ -7,7 +7,7 @@ cube of the states. An arrow that then meets another state is routed again with 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fsmkit.chart.drawing.graphviz.engine import run_graphviz
@@ -28,6 +28,8 @@ CORRIDOR = 40.0
 MOST_SEEN, MOST_ROUTED = 60, 16
 """States and arrows of one run, unless the states of one arrow are more."""
 ROUNDS = 3
+APART = 22.0
+"""Points between the inner control points of two arrows of the same ends."""
 CLEAR = 1.0
 """Points that an arrow may be in a state it only touches."""
 
@@ -93,6 +95,7 @@ def route(head: str, links: Sequence[Link], nodes: Mapping[str, Node]) -> dict[s
         if not again or round_ == ROUNDS - 1:
             break
         waiting = _with_parallels(again, waiting, seen)
+    found |= dict(_apart(links, found))
     links_by_name = {link.name: link for link in links}
     return {name: _clipped(arrow, links_by_name[name].clips) for name, arrow in found.items()}
 
@@ -108,6 +111,31 @@ def _with_parallels(
     for link in found:
         seen[link.name] |= ends[frozenset(link.ends)]
     return found
+
+
+def _apart(links: Sequence[Link], arrows: Mapping[str, Arrow]) -> Iterator[tuple[str, Arrow]]:
+    """Yield bent arrows for those of the same ends, which Graphviz routes on top of each other."""
+    groups: dict[frozenset[str], list[Link]] = {}
+    for link in links:
+        if link.name in arrows and link.ends[0] != link.ends[1]:
+            groups.setdefault(frozenset(link.ends), []).append(link)
+    for group in groups.values():
+        for number, link in enumerate(group):
+            aside = APART * (number - (len(group) - 1) / 2)
+            if aside:
+                yield (
+                    link.name,
+                    _bent(arrows[link.name], aside * (-1) ** (link.ends < group[0].ends)),
+                )
+
+
+def _bent(arrow: Arrow, aside: float) -> Arrow:
+    """Return an arrow whose inner points are moved aside, seen from its start."""
+    (x1, y1), *inner, (x2, y2) = arrow.points
+    length = ((x2 - x1) ** 2 + (y2 - y1) ** 2) ** 0.5 or 1.0
+    dx, dy = -(y2 - y1) / length * aside, (x2 - x1) / length * aside
+    points = ((x1, y1), *((x + dx, y + dy) for x, y in inner), (x2, y2))
+    return replace(arrow, points=points)
 
 
 def _near(link: Link, nodes: Mapping[str, Node]) -> set[str]:

@@ -7,13 +7,17 @@ within the state is on no list and has no target.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 from fsmkit.chart.chart import Chart, State, Transition
 from fsmkit.document.document import Kind, Trigger
 
 COMPOSITE = (Kind.COMPOUND, Kind.PARALLEL)
+MOST_UNFOLDED = 300
+"""States of a chart that opens unfolded."""
+MOST_OPENED = 100
+"""Boxes that a larger chart has when it opens, if it can be folded so far."""
 
 
 def composites(chart: Chart) -> frozenset[int]:
@@ -21,18 +25,37 @@ def composites(chart: Chart) -> frozenset[int]:
     return frozenset(state.index for state in chart.states[1:] if state.kind in COMPOSITE)
 
 
+def opening_folds(chart: Chart) -> frozenset[int]:
+    """Return the states that are folded when a chart is first shown: none of a small chart.
+
+    A large chart opens with its outer states. Whole levels are unfolded while few boxes are drawn.
+    """
+    if len(chart.states) - 1 <= MOST_UNFOLDED:
+        return frozenset()
+    folded = [s.index for s in chart.states[1:] if s.parent == 0 and s.kind in COMPOSITE]
+    count = len(chart.states[0].children)
+    while folded:
+        inner = [child for state in folded for child in chart.states[state].children]
+        if count + len(inner) > MOST_OPENED:
+            break
+        count += len(inner)
+        folded = [child for child in inner if chart.states[child].kind in COMPOSITE]
+    return frozenset(folded)
+
+
 def is_box(state: State) -> bool:
     """Whether a state of a chart that is drawn has states in it that are not."""
     return state.kind in COMPOSITE and not state.children
 
 
-def shown(chart: Chart) -> frozenset[int]:
-    """Return the states that are drawn, the root among them."""
+def shown(chart: Chart, folded: Collection[int] = ()) -> frozenset[int]:
+    """Return the states that are drawn if some are folded, the root among them."""
     found, waiting = set[int](), [0]
     while waiting:
         state = waiting.pop()
         found.add(state)
-        waiting += chart.states[state].children
+        if state not in folded:
+            waiting += chart.states[state].children
     return frozenset(found)
 
 
