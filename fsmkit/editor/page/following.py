@@ -33,7 +33,7 @@ async def follow_file(hub: EditHub) -> None:
                 running.cancel()
                 running = None
             seen = now
-            if rests == QUIET:
+            if rests >= QUIET:
                 hub.save_hints()
             if running is not None and running.done():
                 found = running.result()

@@ -95,6 +95,7 @@ class EditHub(Hub):
         self._saved = self.placement
         self._folded: frozenset[str] | None = None
         """The folded states of the last drawing; None before the first."""
+        self._is_tidied = False
         super().__init__(self._read(), file=editing.path, **options)
         self._set_drawing(self.view.course)
 
@@ -146,7 +147,8 @@ class EditHub(Hub):
 
     def save_hints(self) -> None:
         """Write the positions of an edited chart beside it; what cannot be written is lost."""
-        if self.placement is None or self.placement is self._saved or not self.editing.is_edited:
+        is_changed = self.editing.is_edited or self._is_tidied
+        if self.placement is None or self.placement is self._saved or not is_changed:
             return
         self._saved = self.placement
         path = hints_path(self.editing.path)
@@ -256,7 +258,7 @@ class EditHub(Hub):
             case "redo":
                 self.editing.redo()
             case "tidy":
-                self.placement = None
+                self.placement, self._is_tidied = None, True
             case _:
                 operations = _operations(fields)
                 files = fields.get("files")
@@ -275,7 +277,7 @@ class EditHub(Hub):
                     self.placement = renamed(self.placement, name, new)
                 if self._folded is not None and name in self._folded:
                     self._folded = self._folded - {name} | {new}
-            case op.AddState(parent=parent) | op.MoveState(parent=parent):
+            case op.AddState(parent=parent) | op.MoveState(parent=parent) | op.Paste(parent=parent):
                 if self._folded is not None:
                     self._folded -= {parent}
             case _:

@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from devtools.edits import sources
+from devtools.interleaved import Tally, run
 from fsmkit.diagnostics import FsmkitError
 from fsmkit.document.document import Kind, Trigger
 from fsmkit.editor.editing import operations as op
@@ -87,7 +89,7 @@ def test_nothing_is_lost_where_two_editors_write_in_turn(path: Path) -> None:
     session, random = EditSession(path), Random(1)
     page: list[str] = []
     text: list[str] = []
-    for number in range(200):
+    for number in range(30):
         before = session.hash
         if random.random() < 0.5:
             path.write_text(path.read_text() + f"  t{number}: {{}}\n")
@@ -96,6 +98,16 @@ def test_nothing_is_lost_where_two_editors_write_in_turn(path: Path) -> None:
         page.append(f"p{number}")
     found = path.read_text()
     assert [name for name in (*page, *text) if f"  {name}: {{}}\n" not in found] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3])
+def test_random_edits_by_two_editors_lose_nothing(seed: int, tmp_path: Path) -> None:
+    tally = Tally()
+    for source in sources(seed):
+        run(source, f"{seed} {source.name}", 6, tmp_path, tally)
+    assert tally.problems == []
+    assert tally.counts["by both"] > 4
 
 
 def test_a_symbolic_link_is_not_followed(path: Path, tmp_path: Path) -> None:

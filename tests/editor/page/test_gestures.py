@@ -215,13 +215,14 @@ def test_labels_are_completed_and_their_findings_shown(browser: Browser, tmp_pat
         page.wait_for_selector("#edit-inline:focus")
         press("Control+A")
         type_("go")
-        offered("goal")
-        assert page.evaluate("offered.map(({label}) => label)") == ["goal"]
+        page.wait_for_function("() => offered.map(({label}) => label).join() === 'goal'")
         press("ArrowDown")
         press("Enter")
         assert page.input_value("#edit-inline") == "goal"
         type_(" [le")
-        offered("level", "lever")
+        page.wait_for_function(
+            "() => offered.slice(0, 2).map(({label}) => label).join() === 'level,lever'"
+        )
         press("ArrowDown")
         press("Tab")
         type_(" > lost")
@@ -233,7 +234,7 @@ def test_labels_are_completed_and_their_findings_shown(browser: Browser, tmp_pat
         type_("3] / ")
         offered("beep", "press", "level", "send")
         type_("pre")
-        offered("press")
+        page.wait_for_function("() => offered.map(({label}) => label).join() === 'press'")
         editor.picture("offered")
         press("Escape")
         assert page.locator("#edit-completions").is_hidden()
@@ -247,7 +248,7 @@ def test_labels_are_completed_and_their_findings_shown(browser: Browser, tmp_pat
         field.click()
         press("End")
         type_("; be")
-        offered("beep")
+        page.wait_for_function("() => offered.map(({label}) => label).join() === 'beep'")
         press("ArrowDown")
         press("Enter")
         type_("(3)")
