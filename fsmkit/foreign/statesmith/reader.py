@@ -15,7 +15,7 @@ from fsmkit.foreign.statesmith.yed import read_yed
 from fsmkit.scxml.nodes import decode as decode_xml
 from fsmkit.yaml.encoding import decode as decode_text
 
-LARGEST = 1 << 21
+LARGEST = 1 << 23
 """Characters of a file; a larger one is a mistake, or an attack."""
 
 

@@ -24,6 +24,8 @@ from fsmkit.foreign.xstate.values import (
 from fsmkit.yaml import nodes
 
 NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][-+]?[0-9]+)?")
+PAIRS = re.compile(r"\\(?:u(d[89ab]..)\\u(d[c-f]..)|.)", re.IGNORECASE | re.DOTALL)
+"""An escape of JSON; one for a character in two halves has groups."""
 WORDS = {"true": True, "false": False, "null": None}
 
 
@@ -49,18 +51,27 @@ def import_machine(source: Source, machine: str, findings: Findings) -> Import |
             found = _from_json(source, findings)
         else:
             found = _from_script(Script(source), machine, findings)
+        return None if found is None else import_document(found, machine, findings)
     except FsmkitError as error:
         findings.extend(error.diagnostics)
         return None
-    return None if found is None else import_document(found, machine, findings)
 
 
 def _from_json(source: Source, findings: Findings) -> Machine | None:
+    source = Source(source.name, PAIRS.sub(_joined, source.text))
     root = nodes.read_nodes(source, findings)
     if root is None:
         return None
     name = Text(_stem(source), Span(source, 0, 0))
     return read_machine(source, name, _value(root), (), {}, findings)
+
+
+def _joined(escape: re.Match[str]) -> str:
+    """Return an escape of JSON as one of YAML, which has no pairs of surrogates."""
+    if escape[1] is None:
+        return escape[0]
+    high, low = (int(half, 16) for half in escape.groups())
+    return f"\\U{0x10000 + ((high & 0x3FF) << 10 | low & 0x3FF):08x}"
 
 
 def _value(node: nodes.Node) -> Value:

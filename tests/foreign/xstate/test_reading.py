@@ -101,6 +101,7 @@ def test_several_machines_have_different_names() -> None:
 
 
 REJECTED = {
+    "createMachine({context: ({input}) => ({n: 0, ...input})})": "the object that is spread here",
     "createMachine({initial: 'a', states: {a: {on: {x: {target: pick()}}}}})": "computed",
     "createMachine({initial: 'a', states: {a: {on: {x: 'b'}}}})": "not a state",
     "createMachine({initial: 'b', states: {a: {}}})": "not a child",
@@ -198,6 +199,13 @@ def test_large_machines_are_read_in_seconds() -> None:
     )
     found, _ = read(f"const m = createMachine({{initial: 'p0', states: {{{caught}}}}});")
     assert sum(each.rule == "R12" for each in found.rewritten) == 60
+
+
+def test_an_escaped_character_of_json_may_have_two_halves() -> None:
+    text = r'{"initial": "\ud83d\ude80", "states": {"\ud83d\ude80": {"description": "\\ud83d"}}}'
+    _, chart = read(text, "rocket.json")
+    assert chart.states[1].doc == r"\ud83d"
+    assert "half a character" in rejection(r'{"initial": "\ud83d", "states": {}}', "half.json")
 
 
 def test_a_rejected_part_is_omitted_and_the_rest_is_kept() -> None:
