@@ -10,12 +10,15 @@ from pathlib import Path
 import click
 
 from fsmkit.cli.common.console import print_json, result
+from fsmkit.cli.common.editor import editor
+from fsmkit.cli.common.options import option_value
 from fsmkit.cli.common.verbs import verb
 
 EPILOG = """\b
 Examples:
   fsmkit edit gate.yaml --open
   fsmkit edit new.yaml --open
+  fsmkit edit gate.yaml --open --open-with 'code -g {file}:{line}'
 """
 
 
@@ -28,8 +31,13 @@ Examples:
     help="Serve at this port (default: any free one).",
 )
 @click.option("--open", "is_opened", is_flag=True, help="Open the page in a browser.")
+@click.option(
+    "--open-with",
+    metavar="COMMAND",
+    help="Open sources by this command, such as `code -g {file}:{line}`.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the address as one JSON document.")
-def command(file: Path, port: int, is_opened: bool, as_json: bool) -> int:
+def command(file: Path, port: int, is_opened: bool, open_with: str | None, as_json: bool) -> int:
     """Edit a chart as a drawing in a local page, and run it.
 
     Each gesture changes the few lines of the YAML or SCXML file that it concerns; comments and
@@ -46,7 +54,10 @@ def command(file: Path, port: int, is_opened: bool, as_json: bool) -> int:
         raise click.UsageError(f"`{file.name}` is neither YAML nor SCXML")
     if not file.absolute().parent.is_dir():
         raise click.UsageError(f"there is no folder `{file.absolute().parent.name}`")
-    hub = EditHub(EditSession(file, new_text(file)), session=secrets.token_hex(4))
+    with option_value():
+        opening = None if open_with is None else editor(open_with)
+    session = EditSession(file, new_text(file))
+    hub = EditHub(session, session=secrets.token_hex(4), editor=opening)
     server = LiveServer(hub, port=port, page=edit_page)
 
     def ready(address: str) -> None:

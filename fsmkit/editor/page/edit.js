@@ -547,6 +547,9 @@ function foldSelected() {
   showEditor();
 }
 
+/** Return a button that opens the line of an item in the text editor, if the server knows one. */
+const opener = (at, words) => (can("open") ? [make("button", { onclick: () => say("open", { file: at.file, line: at.line }) }, words)] : []);
+
 function statePanel(state) {
   const { id } = state;
   const within = inside(id);
@@ -567,6 +570,7 @@ function statePanel(state) {
       ...(state.children ? [make("button", { title: "c", class: "fold", onclick: foldSelected }, foldedStates().has(id) ? "Unfold" : "Fold")] : []),
       ...(state.refines ? [] : [make("button", { onclick: () => { const name = freshName("compound"); edit([{ op: "WrapInState", states: [id], name }], () => { selected = { kind: "state", id: name }; }); } }, "Wrap")]),
       ...(state.kind === "compound" && state.children && !state.refines ? [make("button", { onclick: () => edit([{ op: "UnwrapState", state: id }], () => { selected = null; }) }, "Unwrap")] : []),
+      ...opener(state.at, "Show in the text"),
       make("button", { title: "Delete", onclick: removeSelected }, "Remove")),
   ];
 }
@@ -599,6 +603,7 @@ function transitionPanel(one, { source, index }) {
     make("div", { class: "bar" },
       make("button", { disabled: index === 0, onclick: () => move(index - 1) }, "Earlier"),
       make("button", { disabled: index === last, onclick: () => move(index + 1) }, "Later"),
+      ...opener(one.at, "Show in the text"),
       make("button", { title: "Delete", onclick: removeSelected }, "Remove")),
   ];
 }
@@ -635,6 +640,7 @@ function lockedPanel() {
   return [
     make("p", {}, isInherited ? `It is written in ${what.at.file}, line ${what.at.line}, and locked here.` : "It cannot be edited here."),
     ...(isInherited && documentOf.extends && !stateOf(id) ? [make("button", { onclick: () => edit([{ op: "OverrideState", state: id }], () => { selected = { kind: "state", id }; }) }, "Override here")] : []),
+    ...(isInherited ? opener(what.at, "Open its file") : []),
   ];
 }
 

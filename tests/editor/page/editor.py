@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fsmkit.editor.editing.session import EditSession
 from fsmkit.editor.page import edit_page
@@ -88,9 +88,9 @@ class Editor(Watched):
 
 
 @contextmanager
-def editing(browser: Browser, path: Path) -> Iterator[Editor]:
+def editing(browser: Browser, path: Path, **options: Any) -> Iterator[Editor]:
     """Open a file in a page, and fail on what the page complains of."""
-    hub = EditHub(EditSession(path, new_text(path)))
+    hub = EditHub(EditSession(path, new_text(path)), **options)
     with served(hub, page=edit_page) as server:
         seen = Editor(browser, path, server.address)
         seen.hub = hub

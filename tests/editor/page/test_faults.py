@@ -184,15 +184,22 @@ def test_an_inherited_state_is_overridden_and_the_drawing_is_tidied(
 ) -> None:
     derived = path.with_name("d.yaml")
     derived.write_text("chart: D\nextends: g.yaml\n")
-    with editing(browser, derived) as editor:
+    opened: list[tuple[str, int]] = []
+    opener = {"editor": lambda file, line: opened.append((file.name, line))}
+    with editing(browser, derived, **opener) as editor:
         page = editor.page
         editor.settled()
         index = page.evaluate("views[0].chart.states.findIndex(({id}) => id === 'a')")
         page.click(f"#drawing #s{index}", position={"x": 30, "y": 20})
         page.wait_for_selector("#edit-panel:has-text('line 4, and locked here')")
         editor.picture("inherited")
+        page.click("#edit-panel button:text-is('Open its file')")
+        page.wait_for_function("() => waiting.size === 0")
         page.click("#edit-panel button:text-is('Override here')")
         page.wait_for_function("() => stateOf('a') && stateOf('a').refines")
+        page.click("#edit-panel button:text-is('Show in the text')")
+        page.wait_for_function("() => waiting.size === 0")
+        assert opened == [("g.yaml", 4), ("d.yaml", 5)]
         field = page.locator("#edit-panel label:has(span:text-is('entry')) >> css=textarea")
         field.fill("log(1)")
         field.blur()
