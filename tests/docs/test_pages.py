@@ -20,6 +20,7 @@ PAGES = (
     pytest.param("tutorial/existing-driver", 14, "cc cmake libclang", marks=EXTERNAL),
     pytest.param("how-to/existing-c", 10, "cc libclang"),
     pytest.param("how-to/import-python-statemachine", 5, "cc python-statemachine"),
+    pytest.param("how-to/any-number", 2, "cc"),
     pytest.param("how-to/import-qm", 6, "cc"),
     pytest.param("how-to/add-a-reader", 5, "cc"),
     pytest.param("how-to/import-rhapsody", 6, "cc"),

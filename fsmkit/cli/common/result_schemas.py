@@ -95,9 +95,24 @@ FILE_REPORT: Schema = {
         _object({"file": STRING, "verdict": {"const": "error"}, "findings": FINDINGS}),
     ]
 }
+ANY_NUMBER = _object({
+    "verdict": VERDICT, "parameter": STRING, "least": INT,
+    "properties": _list(_object({
+        "name": STRING, "kind": STRING, "verdict": VERDICT, "reason": STRING, "value?": INT,
+        "trace?": TRACE, "replayed?": STRINGS,
+    })),
+    "views": _or_null(_object({
+        "method": STRING, "width": INT, "views": INT, "least": INT, "sums": INT,
+        "seconds": NUMBER,
+    })),
+    "explored": _list(_object({"value": INT, "states": INT, "verdict": VERDICT})),
+    "seconds": NUMBER, "findings": FINDINGS,
+})  # fmt: skip
+"""The result of `--set N=any`."""
 CHECK: Schema = {
     "anyOf": [
         REPORT,
+        ANY_NUMBER,
         _object({"code": INT, "files": _list(FILE_REPORT)}),
         _object({"bindings": _list(_map(VALUE)), "findings": FINDINGS}),
         _object({"boards": _list(_map(VALUE)), "findings": FINDINGS}),

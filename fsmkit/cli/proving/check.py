@@ -27,6 +27,7 @@ from fsmkit.diagnostics.allow_comments import record_used
 from fsmkit.diagnostics.unused_comments import EXPLORING, READING, report_unused_comments
 from fsmkit.system.any_file import sources_of
 from fsmkit.system.system import System
+from fsmkit.verify.any_number.family import any_parameter
 from fsmkit.verify.explore import ExplorationOptions, check_file
 from fsmkit.verify.report.document import document
 from fsmkit.verify.report.pictures import pictures, require_notation
@@ -152,6 +153,11 @@ def command(
         for path in tests:
             require_language(path)
     evaluate = partial(evaluate_file, options=options, reading=reading, is_quiet=as_json_document)
+    if any_parameter(reading.parameters) is not None:
+        others = (replacing, wires, save_trace, debug, drawings, tests)
+        if len(files) > 1 or files[0].is_dir() or any(others):
+            raise click.UsageError("`any` goes with one system, and with none of the files written")
+        return _check_any_number(files[0], exploring, reading, as_json=as_json_document)
     if len(files) > 1 or files[0].is_dir():
         if any((names, replacing, wires, save_trace, debug, drawings, tests)):
             given = "--property, --replace, --wires, --save-trace, --debug, --draw"
@@ -189,6 +195,30 @@ def command(
         for path in made:
             out.print(f"wrote {escape(str(path))}", style="dim")
     return 0 if found.verdict is Verdict.HOLDS else 1
+
+
+def _check_any_number(file: Path, exploring: Exploring, reading: Reading, *, as_json: bool) -> int:
+    """Decide a system for every number of machines, and print the result."""
+    from fsmkit.verify.any_number import prove, show  # only this option needs them
+
+    own = reading.of(file)
+    with progress(f"reading {file.name}", is_quiet=as_json) as tell:
+        proof = prove.prove_file(
+            file,
+            own.findings(),
+            parameters=own.parameters,
+            options=exploring.options,
+            properties=exploring.names,
+            strict=own.strict,
+            deadline=exploring.deadline,
+            progress=lambda text: tell(f"{file.name}: {text}"),
+        )
+    report(proof.findings)
+    if as_json:
+        print_json(show.document(proof))
+    else:
+        result.print(show.summary(proof, result.width))
+    return 0 if proof.verdict is Verdict.HOLDS else 1
 
 
 def evaluate_file(

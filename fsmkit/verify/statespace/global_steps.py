@@ -105,9 +105,9 @@ class GlobalSteps:
 
     def after(self, machine: int, number: int, message: Message) -> int:
         """Return a local state after it received a message."""
-        return self._delivered(machine, number, message)[0]
+        return self.delivered(machine, number, message)[0]
 
-    def _delivered(self, machine: int, number: int, message: Message) -> tuple[int, bool]:
+    def delivered(self, machine: int, number: int, message: Message) -> tuple[int, bool]:
         """Return a local state after a message, and whether its queue was full."""
         local = self.local_states[machine][number]
         known = local.delivered.get(message)
@@ -119,7 +119,7 @@ class GlobalSteps:
 
     def _deliver(self, state: list[int], message: Message, marks: dict[int, None]) -> None:
         target = message.target
-        state[target], full = self._delivered(target, state[target], message)
+        state[target], full = self.delivered(target, state[target], message)
         if full:
             marks[self._first_marks[target] + FULL] = None
 
