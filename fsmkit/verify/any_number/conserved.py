@@ -34,14 +34,14 @@ MOST_WEIGHT = 4
 class Weights:
     """Weights of cells, never negative, and their sum in every reachable state of a ring."""
 
-    of: Mapping[Cell, int]
+    by_cell: Mapping[Cell, int]
     total: int
     is_common: bool = False
     """A cell has the same weight at all positions."""
 
     def at(self, kind: int, cell: int) -> int:
         """Return the weight of a cell; a cell that never occurred has none."""
-        return self.of.get((0 if self.is_common else kind, cell), 0)
+        return self.by_cell.get((0 if self.is_common else kind, cell), 0)
 
 
 def change(before: Sequence[Cell], after: Sequence[Cell]) -> dict[Cell, int]:
@@ -80,11 +80,11 @@ def conserved_weights(
         whole = _whole(vector)
         if whole is None or min(whole) < 0 or max(whole) == 0 or max(whole) > MOST_WEIGHT:
             continue
-        of = {name: weight for name, weight in zip(names, whole, strict=True) if weight}
-        total = sum(of.get(cell, 0) for cell in first)
+        by_cell = {name: weight for name, weight in zip(names, whole, strict=True) if weight}
+        total = sum(by_cell.get(cell, 0) for cell in first)
         if total <= MOST_WEIGHT:
-            found[whole] = Weights(of, total)
-    by_use = sorted(found.values(), key=lambda weights: (weights.total, -len(weights.of)))
+            found[whole] = Weights(by_cell, total)
+    by_use = sorted(found.values(), key=lambda weights: (weights.total, -len(weights.by_cell)))
     return by_use[:MOST_SUMS]
 
 

@@ -49,7 +49,7 @@ PLAIN_INDEX = re.compile(r"\[\s*([A-Za-z_]\w*)\s*\]")
 
 
 def any_parameter(parameters: Mapping[str, str]) -> str | None:
-    """Return the parameter with the value ``any``; None if there is none."""
+    """Return the parameter with the value ``any``; None without one."""
     found = [name for name, value in parameters.items() if ANY.fullmatch(value)]
     if len(found) > 1:
         raise fail(
@@ -94,7 +94,7 @@ class Family:
         return length - self.high + self.low - 1
 
     def places(self) -> Iterator[Term]:
-        """Yield the positions that stand for all: those at the ends, and one in the middle."""
+        """Yield the representative positions: those at the ends, and one in the middle."""
         yield from (Term(constant=n) for n in range(self.ends.low))
         yield Term(position=1)
         yield from (Term(length=1, constant=-1 - n) for n in range(self.ends.high))

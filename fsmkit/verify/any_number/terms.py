@@ -221,12 +221,12 @@ def term_of(text: Text, variables: Mapping[str, Known], ends: Ends) -> Known:
     """Return the value of an expression in its source form. Raises `NotUniformError`."""
     types: dict[str, tuple[lang.Type, lang.Storage]] = {}
     for name, value in variables.items():
-        of: lang.Type = lang.INT32
+        type_: lang.Type = lang.INT32
         if isinstance(value, bool):
-            of = lang.BOOL
+            type_ = lang.BOOL
         elif isinstance(value, str):
-            of = lang.SYMBOL
-        types[name] = (of, lang.Storage.DATA)
+            type_ = lang.SYMBOL
+        types[name] = (type_, lang.Storage.DATA)
     findings = Findings()
     expression = lang.type_expression(text, lang.Scope(variables=types), findings)
     if expression is None or findings.has_errors:
