@@ -31,6 +31,7 @@ from fsmkit.editor.features import rename as renaming
 from fsmkit.editor.features.diagnostics import diagnostics_of
 from fsmkit.editor.index.files import Kind
 from fsmkit.editor.index.workspace import Workspace
+from fsmkit.editor.page.embedded import EmbeddedPages
 
 PAUSE = 0.08
 """Seconds after the last key press before a file is analysed."""
@@ -81,6 +82,7 @@ class Server(LanguageServer):
         self.worker = ThreadPoolExecutor(1, "fsmkit")
         """The only thread that reads the index. The event loop only receives and sends messages, so
         that a cancelled request ends immediately."""
+        self.pages = EmbeddedPages(self, self.work, lambda: self.context.encoding)
 
     async def work(self, act: Callable[..., Result], *given: object) -> Result:
         """Run a call in the thread that reads the index; return its result."""
@@ -322,6 +324,7 @@ def _documents(server: Server) -> None:
         if path is not None:
             server.schedule(path, PAUSE, server.diagnose)
             await server.edited(path)
+            await server.pages.changed(path)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     async def saved(params: types.DidSaveTextDocumentParams) -> None:

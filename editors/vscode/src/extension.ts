@@ -5,6 +5,7 @@ import * as fs from "node:fs";
 import * as path from "node:path";
 import * as vscode from "vscode";
 import { LanguageClient, type LanguageClientOptions } from "vscode-languageclient/node";
+import { EditPage, type Messages, type Server } from "./editing";
 import { find, type Command, type Machine } from "./interpreter";
 import type { Picture, Step } from "./page";
 import { Preview } from "./preview";
@@ -19,6 +20,7 @@ const LONGEST = 20_000;
 
 let client: LanguageClient | undefined;
 const shown = new Map<string, string>();
+const pages = new Map<number, EditPage>();
 
 export const machine: Machine = {
   platform: process.platform,
@@ -84,6 +86,7 @@ async function serve(context: vscode.ExtensionContext, command: Command): Promis
   };
   client = new LanguageClient("fsmkit", "fsmkit", command, options);
   context.subscriptions.push(client);
+  client.onNotification("fsmkit/page/messages", ({ page, text }: Messages) => pages.get(page)?.take(text));
   await client.start();
 }
 
@@ -131,6 +134,37 @@ function openPicture(context: vscode.ExtensionContext, uri: vscode.Uri, title: s
     return client.sendRequest("fsmkit/draw", { uri: file, folded, active });
   };
   context.subscriptions.push(new Preview(uri, panel, draw, context.extensionUri, steps));
+}
+
+/** Open the page that edits the drawing of the active document. */
+async function editDrawing(context: vscode.ExtensionContext): Promise<void> {
+  const uri = vscode.window.activeTextEditor?.document.uri;
+  const running = client;
+  if (uri === undefined || running === undefined) {
+    await vscode.window.showInformationMessage("Open a chart, and start the server, to edit its drawing.");
+    return;
+  }
+  const server: Server = {
+    request: (method, params) => running.sendRequest(method, params),
+    notify: (method, params) => running === client ? running.sendNotification(method, params) : Promise.resolve(),
+  };
+  const title = `Drawing of ${path.basename(uri.fsPath)}`;
+  const panel = vscode.window.createWebviewPanel("fsmkit.editing", title, vscode.ViewColumn.Beside, {
+    enableScripts: true, retainContextWhenHidden: true, localResourceRoots: [],
+  });
+  const page = await EditPage.open(uri, panel, server, ({ number }) => pages.delete(number));
+  if (page !== undefined) {
+    pages.set(page.number, page);
+    context.subscriptions.push(page);
+  }
+}
+
+/** Forget the pages of a server that ends; they show that. */
+function losePages(): void {
+  for (const page of pages.values()) {
+    page.lose();
+  }
+  pages.clear();
 }
 
 interface Path {
@@ -199,11 +233,13 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   };
   bind("fsmkit.openPreview", () => openPreview(context));
   bind("fsmkit.draw", () => openPreview(context));
+  bind("fsmkit.editDrawing", () => editDrawing(context));
   bind("fsmkit.checkFile", () => checkFile());
   bind("fsmkit.run", runFile);
   bind("fsmkit.showReferences", showReferences);
   bind("fsmkit.install", install);
   bind("fsmkit.restart", async () => {
+    losePages();
     await client?.dispose();
     client = undefined;
     await start(context);
@@ -215,6 +251,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
 }
 
 export async function deactivate(): Promise<void> {
+  losePages();
   await client?.stop();
   client = undefined;
 }

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { api, choose, Client, commands, fire, listeners, log, panel, posted, select, settings } from "./vscode";
+import { api, choose, Client, commands, fire, listeners, log, panel, panels, posted, rights, select, settings } from "./vscode";
 import { activate, deactivate, machine } from "../src/extension";
 import { find, type Machine } from "../src/interpreter";
 import { atLine, harmless, html, type Item } from "../src/page";
@@ -33,6 +33,9 @@ beforeEach(() => {
   settings.clear();
   Client.made.length = 0;
   Client.pictures.length = 0;
+  Client.answers.clear();
+  panels.length = 0;
+  rights.trusted = rights.writable = true;
   choose(undefined);
   select(undefined);
 });
@@ -182,4 +185,68 @@ test("a line belongs to the state before it", () => {
   assert.equal(atLine(ITEMS, GATE, 99), "s2");
   assert.equal(atLine(ITEMS, GATE, 1), undefined);
   assert.equal(atLine(ITEMS, "file:///other.yaml", 5), undefined);
+});
+
+async function edited(): Promise<Client> {
+  settings.set("command", "/x/fsmkit");
+  Client.answers.set("fsmkit/page/open", { page: 3, html: "<p>page</p>" });
+  await activate(context());
+  await commands.get("fsmkit.editDrawing")?.();
+  return Client.made[0]!;
+}
+
+test("the page that edits passes messages on, both ways", async () => {
+  const server = await edited();
+  assert.deepEqual(server.requests, [["fsmkit/page/open", { uri: GATE, readonly: false }]]);
+  assert.equal(panels[0].webview.html, "<p>page</p>");
+  await fire("message", { kind: "ready" });
+  const command = { id: 1, do: "edit", operations: [{ op: "AddState", parent: "", name: "a" }], hash: "x" };
+  await fire("message", { kind: "command", command });
+  assert.deepEqual(server.sent, [
+    ["fsmkit/page/join", { page: 3 }], ["fsmkit/page/receive", { page: 3, text: JSON.stringify(command) }],
+  ]);
+  server.handlers.get("fsmkit/page/messages")!({ page: 3, text: "[1]" });
+  server.handlers.get("fsmkit/page/messages")!({ page: 4, text: "[2]" });
+  assert.deepEqual(posted, [{ kind: "messages", text: "[1]" }]);
+  await fire("dispose", undefined);
+  assert.deepEqual(server.sent.at(-1), ["fsmkit/page/close", { page: 3 }]);
+});
+
+test("undo in the page is undo in the document", async () => {
+  const server = await edited();
+  await fire("message", { kind: "command", command: { id: 5, do: "undo" } });
+  await fire("message", { kind: "command", command: { id: 6, do: "redo" } });
+  assert.deepEqual(log.slice(-6), [`show ${GATE}`, "command undo", "reveal", `show ${GATE}`, "command redo", "reveal"]);
+  assert.deepEqual(server.sent, []);
+  assert.deepEqual(posted.at(-1), { kind: "messages", text: JSON.stringify({ k: "done", re: 6, result: null }) });
+});
+
+test("a folder that is not trusted, or cannot be written, is not edited", async () => {
+  for (const right of ["trusted", "writable"] as const) {
+    rights.trusted = rights.writable = true;
+    rights[right] = false;
+    Client.made.length = 0;
+    const server = await edited();
+    assert.equal(server.requests[0]![1].readonly, true);
+    await fire("message", { kind: "command", command: { id: 5, do: "undo" } });
+    assert.equal(server.sent.at(-1)?.[0], "fsmkit/page/receive");
+    assert.ok(!log.includes("command undo"));
+    listeners.clear();
+    await deactivate();
+  }
+});
+
+test("a page that cannot be opened, and a server that ends, are shown", async () => {
+  settings.set("command", "/x/fsmkit");
+  await commands.get("fsmkit.editDrawing")?.();
+  assert.ok(log.some((line) => line.includes("start the server")));
+  Client.answers.set("fsmkit/page/open", { error: "8 pages are open: close one" });
+  await activate(context());
+  await commands.get("fsmkit.editDrawing")?.();
+  assert.ok(log.includes("close panel"));
+  assert.ok(log.some((line) => line.includes("8 pages are open")));
+  Client.answers.set("fsmkit/page/open", { page: 3, html: "" });
+  await commands.get("fsmkit.editDrawing")?.();
+  await commands.get("fsmkit.restart")?.();
+  assert.deepEqual(posted, [{ kind: "lost" }]);
 });

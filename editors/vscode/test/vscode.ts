@@ -49,6 +49,10 @@ class Uri {
     return new Uri([base.text, ...parts].join("/"));
   }
 
+  get scheme(): string {
+    return this.text.slice(0, this.text.indexOf(":"));
+  }
+
   get fsPath(): string {
     return this.text.replace("file://", "");
   }
@@ -70,8 +74,14 @@ class Location {
   constructor(readonly uri: Uri, readonly range: Range) {}
 }
 
+export const panels: any[] = [];
+/** Whether the workspace is trusted, and whether its disk can be written. */
+export const rights = { trusted: true, writable: true };
+
 export function panel(): any {
   return {
+    reveal: () => { log.push("reveal"); },
+    dispose: () => { log.push("close panel"); },
     webview: {
       html: "",
       cspSource: "https://stub",
@@ -90,15 +100,17 @@ export const api = {
     activeTextEditor: { document: { uri: Uri.parse("file:///gate.yaml") } },
     showInformationMessage: (text: string) => { log.push(`message ${text}`); return Promise.resolve(answer); },
     showTextDocument: (uri: Uri, options: any) => {
-      log.push(`show ${uri.toString()}:${options.selection.line + 1}`);
+      log.push(`show ${uri.toString()}${options.selection === undefined ? "" : `:${options.selection.line + 1}`}`);
       return Promise.resolve();
     },
     setStatusBarMessage: (text: string) => { log.push(`status ${text}`); },
     createTerminal: () => ({ show: () => undefined, sendText: (text: string) => log.push(`terminal ${text}`) }),
-    createWebviewPanel: () => panel(),
+    createWebviewPanel: () => { const found = panel(); panels.push(found); return found; },
     onDidChangeTextEditorSelection: on("selection"),
   },
   workspace: {
+    get isTrusted() { return rights.trusted; },
+    fs: { isWritableFileSystem: () => rights.writable },
     workspaceFolders: [{ uri: Uri.parse("file:///work") }],
     getConfiguration: () => ({ get: (name: string, otherwise: unknown) => settings.get(name) ?? otherwise }),
     onDidChangeTextDocument: on("text"),
@@ -125,7 +137,10 @@ export const api = {
 export class Client {
   static made: Client[] = [];
   static pictures: any[] = [];
+  static answers = new Map<string, any>();
   requests: [string, any][] = [];
+  sent: [string, any][] = [];
+  handlers = new Map<string, (params: any) => void>();
 
   constructor(readonly id: string, readonly name: string, readonly server: any, readonly options: any) {
     Client.made.push(this);
@@ -137,8 +152,18 @@ export class Client {
 
   sendRequest(method: string, params: any): Promise<any> {
     this.requests.push([method, params]);
+    if (Client.answers.has(method)) {
+      return Promise.resolve(Client.answers.get(method));
+    }
     return Promise.resolve(method === "fsmkit/draw" ? Client.pictures.shift() : { verdict: "holds" });
   }
+
+  sendNotification(method: string, params: any): Promise<void> {
+    this.sent.push([method, params]);
+    return Promise.resolve();
+  }
+
+  onNotification(method: string, act: (params: any) => void): void { this.handlers.set(method, act); }
 }
 
 const load = (Module as any)._load;

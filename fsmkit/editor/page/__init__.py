@@ -11,7 +11,7 @@ HERE = Path(__file__).parent
 
 
 @cache
-def edit_page() -> Page:
-    """Return the page of a server with the part of the editor."""
+def edit_page(transport: str = "") -> Page:
+    """Return the page with the part of the editor; by default its transport is a server's."""
     script, style = ((HERE / name).read_text(encoding="utf-8") for name in ("edit.js", "edit.css"))
-    return assemble_page(socket_transport(), script=script, style=style)
+    return assemble_page(transport or socket_transport(), script=script, style=style)
