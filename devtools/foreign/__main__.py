@@ -20,7 +20,7 @@ from pathlib import Path
 
 import click
 
-from devtools.foreign import choice_nets, qm_models
+from devtools.foreign import choice_nets, itemis, qm_models
 from devtools.foreign.generated_java import comparison, generated_classes
 from devtools.foreign.machines import RULES, difference
 from fsmkit.chart.elaborate import elaborate
@@ -34,6 +34,7 @@ REFERENCES: dict[str, Callable[[int], str | None]] = {
     **{"+".join(rules): partial(difference, rules=rules) for rules in COMBINATIONS},
     "R1+R2+R3": qm_models.difference,
     "R10": choice_nets.difference,
+    "R4+R5+R6+R11 of itemis": itemis.difference,
 }
 """By rules: the first difference between a random machine by its reference and as a chart."""
 LONGEST = 10.0

@@ -25,6 +25,7 @@ PAGES = (
     pytest.param("how-to/add-a-reader", 5, "cc"),
     pytest.param("how-to/import-rhapsody", 6, "cc"),
     pytest.param("how-to/import-mermaid", 3, "cc"),
+    pytest.param("how-to/import-itemis", 4, "cc"),
     pytest.param("how-to/import-statesmith", 4, "cc"),
     pytest.param("how-to/simulate", 2, ""),
     pytest.param("how-to/compare", 2, "dot", marks=EXTERNAL),

@@ -19,6 +19,7 @@ from fsmkit.testing.conformance.charts import Reading, Stage, meaning, read_char
 from fsmkit.testing.conformance.conformance import Case, Result, Verdict, evaluate
 from fsmkit.testing.conformance.page import page, write_into
 from fsmkit.testing.conformance.suites import find_cases, find_charts
+from fsmkit.testing.foreign.sctunit import find_tests, sctunit_verdicts
 from fsmkit.testing.harness.harness import Harness, harness, harnesses
 
 STYLES = {Result.PASSED: "green", Result.FAILED: "bold red", Result.SKIPPED: "yellow"}
@@ -59,13 +60,15 @@ def command(
     """Run public test suites and count the results.
 
     The W3C's SCXML tests, in folders named `ecma`, must end in `pass`. A chart with a script
-    beside it (`.json`) must follow it. For any other chart the table shows whether it is read,
+    beside it (`.json`) must follow it. SCTUnit tests (`.sctunit`) run on their statechart, with
+    the interpreter, C and Python. For any other chart the table shows whether it is read,
     elaborated and accepted by a strict C compiler, and whether its meaning is kept: no condition
     and no content is replaced by an error at run time.
     """
     chosen = harnesses() if target == "all" else (harness(target),)
     cases, charts = find_cases(folder), find_charts(folder)
-    if not cases and not charts:
+    has_sctunit = any(find_tests(folder))
+    if not cases and not charts and not has_sctunit:
         raise fail(
             "no-conformance-tests",
             f"there are no tests and no charts in `{folder}`",
@@ -74,6 +77,10 @@ def command(
         )
     told = set() if as_json else set(Result) - ({Result.PASSED} if quiet else set())
     verdicts, readings = run(folder, cases, charts, chosen, limit, told)
+    for verdict in sctunit_verdicts(folder, [one.name for one in chosen]) if has_sctunit else ():
+        verdicts.append(verdict)
+        if verdict.result in told:
+            out.print(line(verdict))
     if as_json:
         print_json(document(verdicts, readings))
     else:

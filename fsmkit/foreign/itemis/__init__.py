@@ -1,0 +1,1 @@
+"""The reader of statecharts of itemis CREATE, formerly YAKINDU Statechart Tools."""
