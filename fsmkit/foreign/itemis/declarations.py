@@ -27,7 +27,7 @@ EVENTS = ("in", "out", "local")
 
 @dataclass
 class Declarations:
-    """What the text of a statechart declares."""
+    """The declarations of a statechart."""
 
     symbols: dict[str, Symbol] = field(default_factory=dict)
     annotations: dict[str, Text] = field(default_factory=dict)

@@ -137,11 +137,11 @@ class _Machine:
     """The number of regions."""
     flow: int = 0
     """The number of the event on which the machine itself reacts."""
-    begin: list[str] = field(default_factory=list)
-    begin_again: list[str] = field(default_factory=list)
+    start: list[str] = field(default_factory=list)
+    local_start: list[str] = field(default_factory=list)
     ids: dict[Vertex | Region, Text] = field(default_factory=dict)
     flags: list[str] = field(default_factory=list)
-    """Which numbers of the order of a step the chart needs."""
+    """The numbers of the order of a step that the chart needs."""
     step_names: dict[int, str] = field(default_factory=dict)
     chosen: int = 0
     """Transitions that content chooses."""
@@ -251,7 +251,7 @@ class _Machine:
         self.flags = [] if self._is_flat() else ["resume"]
         self.flags += ["quiet"] if self.flags and self.is_child_first else []
         self._find_leaving()
-        self.begin, self.begin_again = self._beginning()
+        self.start, self.local_start = self._step_starts()
         active = self._active_state()
         fixed = {key: self._at(self.span, name) for key, name in self.fixed.items()}
         inactive = DocState(fixed["inactive"], Kind.ATOMIC, self.span, rest=True,
@@ -326,7 +326,7 @@ class _Machine:
             self.step_names[number] = self.names.name(f"step_{number}")
         return self.step_names[number]
 
-    def _beginning(self) -> tuple[list[str], list[str]]:
+    def _step_starts(self) -> tuple[list[str], list[str]]:
         """Return the statements that start a step, and those that start one for a local event."""
         numbers = list(range(1, self.count + 1))
         if self.declared.reactions:
@@ -412,12 +412,12 @@ class _Machine:
                 again = "(value = event.value)" if event.type else ""
                 yield self._on(event.name, None, f"raise {event.name}{again}",
                                guard=self.fixed["is_in_step"])  # fmt: skip
-                yield self._on(event.name, None, *flag, *self.begin_again)
+                yield self._on(event.name, None, *flag, *self.local_start)
             elif flag or self.is_event_driven:
-                begin = self.begin if self.is_event_driven else ()
-                yield self._on(event.name, None, *flag, *begin)
+                start = self.start if self.is_event_driven else ()
+                yield self._on(event.name, None, *flag, *start)
         if not self.is_event_driven:
-            yield self._on(self.fixed["cycle"], None, *self.begin)
+            yield self._on(self.fixed["cycle"], None, *self.start)
         ends = [f"{e.name}_now = false" for e in self._of_kind("in", "local") if self._kept(e)]
         ends += [f"{flag} = false" for timers in self.timers.values() for _, flag in timers]
         ends += [f"{self.fixed['is_in_step']} = false"] if self._is_queued() else []
@@ -431,7 +431,7 @@ class _Machine:
         local, own = self._local(reactions, None), []
         children = self._children(None, self.regions)
         if local:
-            guard = self._not_passed(self.flow) if self.is_child_first else ""
+            guard = self._unpassed(self.flow) if self.is_child_first else ""
             own.append(self._on(self._step(self.flow), None, *local, guard=guard))
         own.append(self._on(self.fixed["exit"], self._at(self.span, self.fixed["inactive"])))
         return self._shaped(id_, self.span, None, self.regions, children, reactions, own)
@@ -446,7 +446,7 @@ class _Machine:
         for number, (timer, flag) in enumerate(self.timers.get(owner, ())):
             trigger = Trigger.AFTER if timer.word == "after" else Trigger.EVERY
             delay = self._at(at, f"{'0' * number}{timer.delay // 1_000_000}ms")
-            done = [f"{flag} = true", *(self.begin if self.is_event_driven else ())]
+            done = [f"{flag} = true", *(self.start if self.is_event_driven else ())]
             own.append(DocTransition(trigger, at, delay=delay, content=self._block(done, at)))
         several = len(regions) > 1
         initial = None if several or not regions else self._initial(regions[0])
@@ -628,7 +628,7 @@ class _Machine:
     def _reactions(self, state: Vertex, local: list[str]) -> list[DocTransition]:
         """Return the transitions of a state on the event of its region."""
         number = state.region.own
-        passed = self._not_passed(number)
+        passed = self._unpassed(number)
         quiet = self._not_quiet(number)
         moves = []
         for arc in state.out:
@@ -690,7 +690,7 @@ class _Machine:
 
     # --- the order of a step ----------------------------------------------------------------------
 
-    def _not_passed(self, number: int) -> str:
+    def _unpassed(self, number: int) -> str:
         """Return the guard of an event that a transition of the same step may have made void."""
         if self._is_flat():
             return ""
@@ -698,7 +698,7 @@ class _Machine:
 
     def _not_quiet(self, number: int) -> str:
         if self._is_flat() or not self.is_child_first:
-            return self._not_passed(number)
+            return self._unpassed(number)
         return f"{self.fixed['quiet']} < {number}"
 
     def _is_flat(self) -> bool:
@@ -708,7 +708,7 @@ class _Machine:
         )  # fmt: skip
 
     def _passing(self, arc: Arc, path: _Path) -> list[str]:
-        """Return the statements that end the visit of what a transition changes."""
+        """Return the statements that end the visit of states that a transition changes."""
         if self._is_flat():
             return []
         source, number = arc.source, arc.source.region.own

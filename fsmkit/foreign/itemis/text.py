@@ -119,7 +119,7 @@ class Reaction:
 
 @dataclass
 class Scope:
-    """What expressions refer to: declarations by name, and functions that print statements."""
+    """The context of expressions: declarations by name, and functions that print statements."""
 
     symbols: Mapping[str, Symbol]
     active: Callable[[str], str | None]
@@ -151,17 +151,17 @@ class Parser:
         """Return the current token."""
         return self.found[self.at]
 
-    def take(self, *wanted: str) -> str | None:
-        """Return the text of the current token and go on, if it is one of those wanted."""
-        if self.token.kind in ("string", "end") or self.token.text not in wanted:
+    def take(self, *words: str) -> str | None:
+        """Return the text of the current token and go on, if it is one of the words."""
+        if self.token.kind in ("string", "end") or self.token.text not in words:
             return None
         self.at += 1
         return self.found[self.at - 1].text
 
-    def need(self, wanted: str) -> None:
+    def need(self, word: str) -> None:
         """Go past a token, or raise a fault."""
-        if self.take(wanted) is None:
-            raise SyntaxFault(f"`{wanted}` is missing before `{self.token.text}`", self.at)
+        if self.take(word) is None:
+            raise SyntaxFault(f"`{word}` is missing before `{self.token.text}`", self.at)
 
     def name(self) -> str:
         """Return a name and go on."""
