@@ -122,8 +122,9 @@ def random_operation(choices: Choices, document: Document) -> op.Operation:
         case 0 if choices.chance(50):
             found: list[DocState | DocTransition] = [*states]
             found += [one for source in states for one in source.transitions]
-            text = choices.pick((*TEXTS, "")) if choices.chance(20) or not found else ""
-            return op.Paste(parent, text or copied(document, choices.some(found, 2)))
+            if not found or choices.chance(20):
+                return op.Paste(parent, choices.pick((*TEXTS, "")))
+            return op.Paste(parent, copied(document, choices.some(found, 2)))
         case 0 | 1:
             return op.AddState(parent, name(), choices.pick(list(Kind)), before(parent))
         case 2:

@@ -2,6 +2,8 @@
 
 let documentOf = null; // the last message about the file
 let selected = null; // {kind: "state", id} or {kind: "transition", source, index}
+let also = []; // ids of further selected states
+let isExtending = false; // whether the click that is handled extends the selection
 let isEditing = true;
 let unsent = []; // edits that no server took, by batches of operations
 let afterEdit = null; // what is done with the next document
@@ -24,8 +26,11 @@ take = ((inner) => (message) => {
   documentOf = message;
   const { then } = afterEdit || {};
   afterEdit = null;
+  const before = selected;
   if (then) then();
+  if (selected !== before) also = [];
   if (selected && !itemOf(selected)) selected = null;
+  also = also.filter((id) => stateOf(id));
   showEditor();
 })(take);
 
@@ -110,15 +115,33 @@ function drawnItem(view, what) {
   return one && one.drawn !== null ? { kind: "transition", index: one.drawn } : null;
 }
 
+/** Return the selected states without those inside of others. */
+function selectedStates() {
+  const all = selected && selected.kind === "state" ? [selected.id, ...also] : [];
+  return all.filter((id) => !all.some((other) => inside(other).includes(id)));
+}
+
+/** Add a state to the selection, or remove it. */
+function toggle(id) {
+  const all = selected && selected.kind === "state" ? [selected.id, ...also] : [];
+  const [first, ...others] = all.includes(id) ? all.filter((one) => one !== id) : [...all, id];
+  [selected, also] = [first ? { kind: "state", id: first } : null, others];
+  showEditor();
+}
+
 function select(what, focus) {
-  selected = what;
+  [selected, also] = [what, []];
   showEditor();
   if (focus) $("edit-item").focus();
 }
 
 act.choose = ((inner) => (view, what) => {
   if (!isEditing) { inner(view, what); return; }
-  selected = documentItem(views[0], what);
+  const item = documentItem(views[0], what);
+  const isMore = isExtending && item && item.kind === "state";
+  isExtending = false;
+  if (isMore) { toggle(item.id); return; }
+  [selected, also] = [item, []];
   chosen = what && !selected ? { view, ...what } : null; // it is locked
   showEditor();
   repaint();
@@ -205,9 +228,9 @@ function transitionLike(source, { trigger, label, targets, keys }) {
 
 async function removeSelected() {
   if (!selected) return;
-  const operation = selected.kind === "state" ? { op: "RemoveState", state: selected.id } : { op: "RemoveTransition", source: selected.source, index: selected.index };
+  const operations = selected.kind === "state" ? selectedStates().map((state) => ({ op: "RemoveState", state })) : [{ op: "RemoveTransition", source: selected.source, index: selected.index }];
   const next = selected.kind === "state" ? null : { kind: "state", id: selected.source };
-  await edit([operation], () => { selected = next; });
+  await edit(operations, () => select(next));
 }
 
 /** Rename a state in the file and, after a confirmation, in all files that refer to it. */
@@ -260,11 +283,13 @@ let copiedText = {}; // the YAML text of the selected item; of: the item, hash: 
 let lastCopied = ""; // the item that was put into the clipboard
 QUESTIONS.add("copy");
 
-/** Return the selected item as YAML text, or undefined. */
+const selectionKey = () => JSON.stringify([selected, also]);
+
+/** Return the selected items as YAML text, or undefined. */
 async function copyText() {
-  const [of, { hash }, { kind, id, source, index }] = [JSON.stringify(selected), documentOf, selected];
+  const [of, { hash }, { kind, source, index }] = [selectionKey(), documentOf, selected];
   if (copiedText.of === of && copiedText.hash === hash) return copiedText.text;
-  const text = await say("copy", { items: [kind === "state" ? { state: id } : { state: source, index }] });
+  const text = await say("copy", { items: kind === "state" ? selectedStates().map((state) => ({ state })) : [{ state: source, index }] });
   if (text !== undefined) copiedText = { of, hash, text };
   return text;
 }
@@ -275,8 +300,8 @@ const isForDrawing = (event) => isEditing && documentOf && documentOf.read && !e
 function copy(event) {
   if (!isForDrawing(event) || !selected) return;
   event.preventDefault();
-  lastCopied = JSON.stringify(selected);
-  if (copiedText.of === JSON.stringify(selected) && copiedText.hash === documentOf.hash) event.clipboardData.setData("text/plain", copiedText.text);
+  lastCopied = selectionKey();
+  if (copiedText.of === selectionKey() && copiedText.hash === documentOf.hash) event.clipboardData.setData("text/plain", copiedText.text);
   else copyText().then((text) => { if (text !== undefined) navigator.clipboard.writeText(text); });
   if (event.type === "cut") removeSelected();
 }
@@ -306,7 +331,7 @@ function pasteFrom(event) {
   const state = selected && stateOf(selected.kind === "state" ? selected.id : selected.source);
   if (HELD.test(text)) paste(text, state ? state.id : "");
   else if (!state) paste(text, "");
-  else if (selected.kind === "state" && ["compound", "parallel"].includes(state.kind) && lastCopied !== JSON.stringify(selected)) paste(text, state.id);
+  else if (selected.kind === "state" && ["compound", "parallel"].includes(state.kind) && lastCopied !== selectionKey()) paste(text, state.id);
   else paste(text, state.parent || "");
 }
 
@@ -575,6 +600,17 @@ function statePanel(state) {
   ];
 }
 
+/** Make the panel of several selected states. */
+function statesPanel() {
+  const states = selectedStates();
+  const wrap = () => { const name = freshName("compound"); edit([{ op: "WrapInState", states, name }], () => select({ kind: "state", id: name })); };
+  return [
+    make("p", {}, `${also.length + 1} states are selected.`),
+    make("ul", { class: "edit-list" }, ...[selected.id, ...also].map((id) => make("li", {}, make("span", { class: "grow" }, id), make("button", { class: "ask", "aria-label": `deselect ${id}`, onclick: () => toggle(id) }, "×")))),
+    make("div", { class: "bar" }, make("button", { onclick: wrap }, "Wrap"), make("button", { title: "Delete", onclick: removeSelected }, "Remove")),
+  ];
+}
+
 /** Let the target of a new transition be picked by the keyboard. */
 function openTargets(source) {
   const box = $("edit-targets");
@@ -681,7 +717,7 @@ function showEditor() {
   } else {
     const value = selected ? JSON.stringify(selected) : "";
     $("edit-item").replaceChildren(...itemChoices().map(([text, words]) => make("option", { value: text, selected: text === value }, words)));
-    const rows = item ? (selected.kind === "state" ? statePanel(item) : transitionPanel(item, selected)) : (chosen && lockedPanel()) || chartPanel();
+    const rows = item && also.length ? statesPanel() : item ? (selected.kind === "state" ? statePanel(item) : transitionPanel(item, selected)) : (chosen && lockedPanel()) || chartPanel();
     $("edit-panel").replaceChildren(...rows);
     if (focus && $(focus)) $(focus).focus();
   }
@@ -750,7 +786,8 @@ paint = ((inner) => () => {
   };
   for (const each of documentOf.findings) if (each.severity !== "note") { const found = itemAt(each.at); if (found) mark(found, "edit-finding"); }
   const drawn = selected && mark(selected, "edit-selected");
-  showHandles(view, drawn);
+  for (const id of also) mark({ kind: "state", id }, "edit-selected");
+  showHandles(view, also.length ? null : drawn);
 })(paint);
 
 /** Show a new drawing as a person left the old one: zoomed and moved, or whole. */
@@ -785,15 +822,21 @@ function endsOf(view, one, source) {
   return ends.filter(({ at }) => at);
 }
 
+/** Return the radius of a handle in units of the drawing: it keeps its size on the screen. */
+const radiusOf = (how) => ((how === "link" ? 8 : 7) * views[0].look.unit()).toFixed(2);
+
 /** Show the handle of the selected state, or those of the ends of the selected transition. */
 function showHandles(view, drawn) {
   const [node] = (drawn && view.nodes.get(NODES[drawn.kind] + drawn.index)) || [];
-  if (handles.of === node) return;
+  if (handles.of === node) {
+    for (const each of handles) setAttribute(each, "r", radiusOf(each.dataset.how));
+    return;
+  }
   for (const each of handles) each.remove();
   handles = [];
   handles.of = node;
   if (!node) return;
-  const handle = (how, cx, cy) => shape("circle", { id: how === "link" ? "edit-handle" : `edit-end-${how}`, class: "edit-handle", "data-how": how, cx, cy, r: how === "link" ? 6 : 5 });
+  const handle = (how, cx, cy) => shape("circle", { id: how === "link" ? "edit-handle" : `edit-end-${how}`, class: "edit-handle", "data-how": how, cx, cy, r: radiusOf(how) });
   if (drawn.kind === "state") {
     const { x, y, width, height } = node.getBBox();
     if (!["final", "shallow history", "deep history"].includes(itemOf(selected).kind)) handles.push(handle("link", x + width, y + height / 2));
@@ -884,14 +927,19 @@ function dropped({ how, from, hash }, to) {
     edit([{ op: "SetSource", source, index, new: to.id }], () => select(transitionLike(to.id, one) || to), { hash });
   }
   if (how !== "move") return;
-  const state = stateOf(id);
-  if (!state || state.refines || (to && (to.id === id || inside(id).includes(to.id)))) return;
   const parent = to ? to.id : "";
-  if (parent !== (state.parent || "")) edit([{ op: "MoveState", state: id, parent }], () => { selected = { kind: "state", id }; }, { hash });
+  const ids = also.length && selectedStates().includes(id) ? selectedStates() : [id];
+  const states = ids.map(stateOf);
+  if (states.some((state) => !state || state.refines || (to && (to.id === state.id || inside(state.id).includes(to.id))))) return;
+  const moving = states.filter((state) => parent !== (state.parent || ""));
+  if (moving.length) edit(moving.map((state) => ({ op: "MoveState", state: state.id, parent })), () => { if (ids.length < 2) select({ kind: "state", id }); }, { hash });
 }
 
 let suppressClick = false; // after a drag
-views[0].frame.addEventListener("click", (event) => { if (isEditing && suppressClick) event.stopPropagation(); }, true);
+views[0].frame.addEventListener("click", (event) => {
+  if (isEditing && suppressClick) event.stopPropagation();
+  isExtending = event.shiftKey || event.ctrlKey || event.metaKey;
+}, true);
 views[0].frame.addEventListener("dblclick", (event) => {
   if (!isEditing) return;
   event.stopPropagation();
@@ -923,6 +971,14 @@ function stepSelection(by) {
   select(text ? JSON.parse(text) : null);
 }
 
+/** Add the state after or before the last selected one to the selection. */
+function extendSelection(by) {
+  const ids = documentOf.states.map((each) => each.id);
+  const last = also.at(-1) || (selected && selected.kind === "state" && selected.id);
+  const next = ids[ids.indexOf(last) + by];
+  if (last && next && ![selected.id, ...also].includes(next)) toggle(next);
+}
+
 const EDIT_KEYS = {
   n: () => addState("atomic"),
   t: () => { if (selected && selected.kind === "state") openTargets(selected.id); },
@@ -932,6 +988,8 @@ const EDIT_KEYS = {
   c: () => foldSelected(),
   ArrowDown: () => stepSelection(1),
   ArrowUp: () => stepSelection(-1),
+  "Shift ArrowDown": () => extendSelection(1),
+  "Shift ArrowUp": () => extendSelection(-1),
 };
 
 document.addEventListener("keydown", (event) => {
@@ -948,9 +1006,9 @@ document.addEventListener("keydown", (event) => {
   if (drag && event.key === "Escape") { drag.how = ""; showDrag(null); return; }
   if (!isEditing || event.ctrlKey || event.metaKey || event.altKey) return;
   if (isInput || event.key === "Tab" || event.key === "Escape") return;
-  if (event.target.matches("select") && (event.target.id !== "edit-item" || /^(Arrow| |Home|End)/.test(event.key))) return;
+  if (event.target.matches("select") && (event.target.id !== "edit-item" || (/^(Arrow| |Home|End)/.test(event.key) && !event.shiftKey))) return;
   if (event.target.matches("button, summary, a") && [" ", "Enter"].includes(event.key)) return;
-  const found = EDIT_KEYS[event.key];
+  const found = EDIT_KEYS[event.shiftKey && event.key.startsWith("Arrow") ? `Shift ${event.key}` : event.key];
   if (["0", "+", "-", "?", "h", "j", "k", "l", "o", "i", "x"].includes(event.key) && !event.target.matches("select")) return; // of the drawing
   event.stopImmediatePropagation();
   if (!found) return;
@@ -981,7 +1039,7 @@ document.addEventListener("keydown", (event) => {
   document.querySelector("main").append(make("div", { id: "edit-below", hidden: true }, make("ul", { id: "edit-completions", role: "listbox", "aria-label": "Completions" }), make("div", { id: "edit-preview", role: "status", "aria-label": "Findings of the typed text" })), shape("svg", { id: "edit-overlay", "aria-hidden": "true", hidden: true }, shape("line", { class: "edit-line" })));
   $("drawing").before(make("p", { id: "edit-hint", hidden: true }, "The chart is empty. Press n, or pick a kind of state at the right, to add the first one."));
   const help = $("keys").querySelector("dl");
-  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["c", "fold, unfold"], ["↑ ↓", "select the item before, after"], ["Ctrl C, Ctrl X, Ctrl V", "copy, cut and paste, as YAML text"], ["Ctrl D", "copy beside"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
+  help.prepend(...[["n", "new state"], ["t", "transition from the selected state"], ["F2 Enter", "edit the name or label in place"], ["Delete", "remove"], ["c", "fold, unfold"], ["↑ ↓", "select the item before, after"], ["Shift ↑, Shift ↓", "select several states"], ["Ctrl C, Ctrl X, Ctrl V", "copy, cut and paste, as YAML text"], ["Ctrl D", "copy beside"], ["Ctrl Z, Ctrl Y", "undo, redo"]].flatMap(([key, words]) => [make("dt", {}, make("kbd", {}, key)), make("dd", {}, `${words} (edit)`)]));
   views[0].look.setFollowing(false);
   document.body.classList.add("editing");
 })();

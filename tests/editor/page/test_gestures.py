@@ -142,9 +142,7 @@ def test_states_and_transitions_are_copied_as_text(browser: Browser, tmp_path: P
 
         def select(words: str) -> None:
             page.select_option("#edit-item", label=words)
-            page.wait_for_function(
-                "() => waiting.size === 0 && copiedText.of === JSON.stringify(selected)"
-            )
+            page.wait_for_function("() => waiting.size === 0 && copiedText.of === selectionKey()")
 
         def written(line: str) -> None:
             page.wait_for_function("line => documentOf.text.includes(line)", arg=line)
@@ -286,3 +284,51 @@ def test_a_new_name_goes_to_the_files_that_refer_to_it(browser: Browser, tmp_pat
         page.wait_for_function("() => stateOf('b')")
         editor.edited()
         assert [path.read_text(), derived.read_text()] == texts
+
+
+def test_several_states_are_moved_wrapped_copied_and_removed(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "g.yaml"
+    text = "chart: G\nstates:\n  a: {}\n  b: {}\n  c: {}\n  d:\n    states: {e: {}}\n"
+    path.write_text(text)
+    with editing(browser, path) as editor:
+        page, press = editor.page, editor.page.keyboard.press
+
+        def written(result: str) -> None:
+            page.wait_for_function("text => documentOf.text === text", arg=result)
+            editor.edited()
+            editor.settled()
+
+        editor.settled()
+        page.mouse.click(*editor.middle("a"))
+        page.wait_for_function("() => selected && selected.id === 'a'")
+        page.keyboard.down("Shift")
+        page.mouse.click(*editor.middle("b"))
+        page.keyboard.up("Shift")
+        page.wait_for_selector("#edit-panel:has-text('2 states are selected')")
+        editor.picture("several")
+        box = editor.box("e")
+        editor.drag(editor.middle("b"), (box["x"] - 3, box["y"] - 3))
+        written("chart: G\nstates:\n  c: {}\n  d:\n    states: {e: {}, a: {}, b: {}}\n")
+        press("Control+z")
+        written(text)
+        page.select_option("#edit-item", label="a")
+        press("Shift+ArrowDown")
+        press("Shift+ArrowDown")
+        page.wait_for_function("() => copiedText.of === selectionKey() && also.length === 2")
+        press("Control+d")
+        written(text + "  a2: {}\n  b2: {}\n  c2: {}\n")
+        press("Control+z")
+        written(text)
+        page.select_option("#edit-item", label="a")
+        press("Shift+ArrowDown")
+        page.click("#edit-panel button:text-is('Wrap')")
+        page.wait_for_function("() => stateOf('group1') && stateOf('b').parent === 'group1'")
+        editor.edited()
+        press("Control+z")
+        written(text)
+        page.select_option("#edit-item", label="a")
+        press("Shift+ArrowDown")
+        press("Delete")
+        written("chart: G\nstates:\n  c: {}\n  d:\n    states: {e: {}}\n")
