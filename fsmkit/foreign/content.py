@@ -121,6 +121,7 @@ def _name_for(text: str, role: Role) -> str:
     return words[:LONGEST].strip("_") or role.value
 
 
+BITS = {"0": "false", "1": "true"}
 Special = Callable[[Text], Block | None]
 """Reads a statement that only one tool has, such as one that raises an event; None for others."""
 
@@ -134,6 +135,7 @@ class Content:
         variables: Variables as written (``me->count``), with their names in the chart.
         special: Is called first for each statement.
         numbers: Variables, as written, that are true if they are not 0.
+        booleans: Variables, as written, to which 0 and 1 are assigned for `false` and `true`.
 
     """
 
@@ -141,6 +143,7 @@ class Content:
     variables: Mapping[str, str] = field(default_factory=dict)
     special: Special = lambda _: None
     numbers: AbstractSet[str] = frozenset()
+    booleans: AbstractSet[str] = frozenset()
 
     def block(self, text: Text) -> Block:
         """Return the statements of a handler."""
@@ -223,6 +226,8 @@ class Content:
                 return (Assign(place, piece.with_value("1"), piece.span, sign),)
         if len(part) > 2 and words[0] in self.variables and words[1] in ASSIGNING:
             value = self._known(part[2:])
+            if words[0] in self.booleans and value in BITS:
+                value = BITS[value]
             if value is not None:
                 place = piece.with_value(self.variables[words[0]])
                 written = piece.with_value(value)

@@ -13,22 +13,77 @@ from fsmkit.language.statements.tree import Block, DocCancel, DocSend, Raise
 from fsmkit.scxml.nodes import Element
 
 SELF = r"(?:\(\s*QActive\s*\*\s*(?:const\s*)?\)\s*me|&\s*me->super|me|Q_ACTIVE_UPCAST\(\s*me\s*\))"
-CREATED = re.compile(r"QTimeEvt_ctorX?\(\s*&me->(\w+)\s*,[^;]*?\b(\w+)_SIG\b")
-"""The creation of a time event: its name, and its signal."""
-ARMED = re.compile(r"(?:\(void\)\s*)?QTimeEvt_(?:arm|rearm)X?\(\s*&me->(\w+)\s*,(.*)\)", re.DOTALL)
-DISARMED = re.compile(r"(?:\(void\)\s*)?QTimeEvt_disarm\(\s*&me->(\w+)\s*\)")
-EVENT = re.compile(
-    r"(?:static\s+)?(?:QEvt\s+const|const\s+QEvt)\s+(\w+)\s*=\s*QEVT_INITIALIZER\(\s*(\w+)_SIG\s*\)"
+OWN = r"(?:this->|(?<![\w.>:]))"
+NEW = r"(?:QP::)?QF::q_new<(?:QP::)?QEvt>\(\s*(?:\w+::)?(?P<signal>\w+)_SIG\s*\)"
+
+
+@dataclass(frozen=True, slots=True)
+class Calls:
+    """The forms of calls of QP in a language, as regular expressions."""
+
+    selves: tuple[str, ...]
+    """How content names an attribute of the machine: what precedes the name."""
+    created: re.Pattern[str]
+    """The creation of a time event: its name, and its signal."""
+    armed: re.Pattern[str]
+    """Its name, and the arguments."""
+    disarmed: re.Pattern[str]
+    event: re.Pattern[str]
+    """The declaration of a constant event: its name, and its signal."""
+    posted: re.Pattern[str]
+    """A post of an event without parameters to the machine itself."""
+    published: re.Pattern[str]
+    subscribed: re.Pattern[str]
+    unreadable: tuple[tuple[re.Pattern[str], str], ...]
+    """Calls with an effect on the machine, which no operation may hide."""
+
+
+POSTED_TO_ITSELF = "an event is posted to the machine itself"
+ARMED, DEFERRED = "a time event is armed or disarmed", "an event is deferred or recalled"
+C = Calls(
+    ("me->",),
+    re.compile(r"QTimeEvt_ctorX?\(\s*&me->(\w+)\s*,[^;]*?\b(\w+)_SIG\b"),
+    re.compile(r"(?:\(void\)\s*)?QTimeEvt_(?:arm|rearm)X?\(\s*&me->(\w+)\s*,(.*)\)", re.DOTALL),
+    re.compile(r"(?:\(void\)\s*)?QTimeEvt_disarm\(\s*&me->(\w+)\s*\)"),
+    re.compile(
+        r"(?:static\s+)?(?:QEvt\s+const|const\s+QEvt)\s+(\w+)\s*=\s*"
+        r"QEVT_INITIALIZER\(\s*(\w+)_SIG\s*\)"
+    ),
+    re.compile(
+        rf"QACTIVE_POST(?P<first>_LIFO)?\(\s*{SELF}\s*,\s*"
+        r"(?:&\s*(?P<name>\w+)|Q_NEW\(\s*QEvt\s*,\s*(?P<signal>\w+)_SIG\s*\))\s*(?:,[^()]*)?\)"
+    ),
+    re.compile(
+        r"QACTIVE_PUBLISH\(\s*"
+        r"(?:&\s*(?P<name>\w+)|Q_NEW\(\s*QEvt\s*,\s*(?P<signal>\w+)_SIG\s*\))"
+    ),
+    re.compile(r"QActive_subscribe\([^;]*?\b(\w+)_SIG\s*\)"),
+    (
+        (re.compile(rf"QACTIVE_POST\w*\(\s*{SELF}\s*,"), POSTED_TO_ITSELF),
+        (re.compile(r"QTimeEvt_\w*(?:arm|disarm)X?\("), ARMED),
+        (re.compile(r"QActive_(?:defer|recall)\("), DEFERRED),
+    ),
 )
-"""The declaration of a constant event: its name, and its signal."""
-POSTED = re.compile(
-    rf"QACTIVE_POST(?P<first>_LIFO)?\(\s*{SELF}\s*,\s*"
-    r"(?:&\s*(?P<name>\w+)|Q_NEW\(\s*QEvt\s*,\s*(?P<signal>\w+)_SIG\s*\))\s*(?:,[^()]*)?\)"
+CPP = Calls(
+    ("this->", ""),
+    re.compile(r"\b(\w+)\(\s*this\s*,\s*(?:\w+::)?(\w+)_SIG\b"),
+    re.compile(r"(?:this->)?(\w+)\s*\.\s*(?:armX|rearm)\((.*)\)", re.DOTALL),
+    re.compile(r"(?:\(void\)\s*)?(?:this->)?(\w+)\s*\.\s*disarm\(\s*\)"),
+    re.compile(
+        r"(?:static\s+)?(?:(?:QP::)?QEvt\s+const|const\s+(?:QP::)?QEvt)\s+(\w+)\s*[({]\s*"
+        r"(?:\w+::)?(\w+)_SIG\s*[)}]"
+    ),
+    re.compile(
+        rf"(?:this->)?(?:POST|post(?P<first>LIFO))\(\s*(?:&\s*(?P<name>\w+)|{NEW})\s*(?:,[^()]*)?\)"
+    ),
+    re.compile(rf"(?:QP::)?(?:QActive|QF)::PUBLISH\(\s*(?:&\s*(?P<name>\w+)|{NEW})"),
+    re.compile(rf"{OWN}subscribe\(\s*(?:\w+::)?(\w+)_SIG\s*\)"),
+    (
+        (re.compile(rf"{OWN}(?:POST|post_|postLIFO)\("), POSTED_TO_ITSELF),
+        (re.compile(r"\w\s*\.\s*(?:armX|rearm|disarm)\("), ARMED),
+        (re.compile(rf"{OWN}(?:defer|recall)\("), DEFERRED),
+    ),
 )
-PUBLISHED = re.compile(
-    r"QACTIVE_PUBLISH\(\s*(?:&\s*(?P<name>\w+)|Q_NEW\(\s*QEvt\s*,\s*(?P<signal>\w+)_SIG\s*\))"
-)
-SUBSCRIBED = re.compile(r"QActive_subscribe\([^;]*?\b(\w+)_SIG\s*\)")
 IGNORED = re.compile(
     r"Q_UNUSED_PAR\(|QS_\w+\(|\(void\)\s*(?:par|me|e)\s*$|QActive_(?:un)?subscribe\(", re.DOTALL
 )
@@ -41,12 +96,6 @@ DECLARATION = re.compile(
 )
 STRING = re.compile(r'"(?:\\.|[^"\\])*"')
 DIRECTIVE = re.compile(r"^\s*#", re.MULTILINE)
-UNREADABLE = (
-    (re.compile(rf"QACTIVE_POST\w*\(\s*{SELF}\s*,"), "an event is posted to the machine itself"),
-    (re.compile(r"QTimeEvt_\w*(?:arm|disarm)X?\("), "a time event is armed or disarmed"),
-    (re.compile(r"QActive_(?:defer|recall)\("), "an event is deferred or recalled"),
-)
-"""Calls with an effect on the machine, which no operation may hide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +120,7 @@ class Framework:
     """The signals of constant events, by name."""
     subscribed: frozenset[str]
     disarmed: frozenset[str]
+    calls: Calls = C
 
     def first_local(self, text: str) -> int:
         """Return where the first statement with a local variable or a directive starts.
@@ -82,7 +132,7 @@ class Framework:
             start = 0 if at is None else at.start()
             return max((end for _, end in _outer_statements(text) if end < start), default=-1) + 1
         for start, end in _outer_statements(text):
-            piece = EVENT.sub("", STRING.sub('""', _without_comments(text[start:end])))
+            piece = self.calls.event.sub("", STRING.sub('""', _without_comments(text[start:end])))
             if DECLARATION.search(piece):
                 return start
         return len(text)
@@ -104,20 +154,23 @@ class Framework:
 
         """
         text = piece.value
-        if IGNORED.match(text) or EVENT.fullmatch(text):
+        calls = self.calls
+        if any(one.match(text) for one in (IGNORED, calls.subscribed)) or calls.event.fullmatch(
+            text
+        ):
             return ()
-        if found := DISARMED.fullmatch(text):
+        if found := self.calls.disarmed.fullmatch(text):
             name = piece.part(*found.span(1))
             is_replaced = any(one.name == name.value for one in replaced)
             return () if is_replaced else (DocCancel(name, None, piece.span),)
-        if found := ARMED.fullmatch(text):
+        if found := self.calls.armed.fullmatch(text):
             return self._armed(piece, found, replaced, event, operations)
-        if (found := POSTED.fullmatch(text)) and (signal := self._signal(found)):
+        if (found := self.calls.posted.fullmatch(text)) and (signal := self._signal(found)):
             sent = event(piece.with_value(signal))
             if found["first"]:
                 return (Raise(sent, (), piece.span),)
             return (DocSend(piece.span, event=sent),)
-        found = PUBLISHED.match(text)
+        found = self.calls.published.match(text)
         if found and (signal := self._signal(found)) in self.subscribed:
             sent = event(piece.with_value(signal))
             return (*operations.action(piece), DocSend(piece.span, event=sent))
@@ -146,14 +199,14 @@ class Framework:
         sent = event(piece.with_value(signal))
         timer = piece.part(*found.span(1))
         send = DocSend(piece.span, event=sent, delay=delay, delay_expr=opaque, id=timer)
-        is_armed = "_rearm" in piece.value  # arming an armed time event is an error in QP
+        is_armed = "rearm" in piece.value  # arming an armed time event is an error in QP
         return (DocCancel(timer, None, piece.span), send) if is_armed else (send,)
 
     # --- periodic time events ---------------------------------------------------------------------
 
     def periodic_of(self, entry: Text | None, exit_: Text | None) -> tuple[Periodic, ...]:
         """Return the periodic time events that are armed at entry and disarmed at exit."""
-        ended = set() if exit_ is None else set(DISARMED.findall(exit_.value))
+        ended = set() if exit_ is None else set(self.calls.disarmed.findall(exit_.value))
         return tuple(one for one in self._periodic(entry) if one.name in ended)
 
     def periodic_for_ever(self, initial: Text | None) -> tuple[Periodic, ...]:
@@ -166,7 +219,7 @@ class Framework:
             return
         for start, end in _outer_statements(text.value):
             piece = text.part(start, end)
-            found = ARMED.fullmatch(piece.value)
+            found = self.calls.armed.fullmatch(piece.value)
             arguments = _arguments(piece.part(*found.span(2))) if found else []
             if found is None or len(arguments) != 2 or found[1] not in self.timers:
                 continue
@@ -180,26 +233,29 @@ class Framework:
 def framework_of(root: Element, machine: Element) -> Framework:
     """Return what a class declares; constructors may be operations outside of it."""
     inner = list(_texts(machine))
+    base = machine.get("superclass")
+    calls = CPP if base is not None and base.value.startswith("qpcpp") else C
     name = machine.get("name")
     own = "" if name is None else name.value
     outer = [text for text in _texts(root) if own and re.search(rf"\b{re.escape(own)}\b", text)]
     return Framework(
-        dict(found for text in (*outer, *inner) for found in CREATED.findall(text)),
-        dict(found for text in inner for found in EVENT.findall(text)),
-        frozenset(found for text in inner for found in SUBSCRIBED.findall(text)),
-        frozenset(found for text in inner for found in DISARMED.findall(text)),
+        dict(found for text in (*outer, *inner) for found in calls.created.findall(text)),
+        dict(found for text in inner for found in calls.event.findall(text)),
+        frozenset(found for text in inner for found in calls.subscribed.findall(text)),
+        frozenset(found for text in inner for found in calls.disarmed.findall(text)),
+        calls,
     )
 
 
 def unreadable(text: str, framework: Framework) -> str | None:
     """Return what an opaque text does to the machine itself; None if it does nothing to it."""
-    for pattern, what in UNREADABLE:
+    for pattern, what in framework.calls.unreadable:
         if pattern.search(text):
             return what
-    if "QACTIVE_PUBLISH(" in text:
+    if "PUBLISH(" in text:
         named = set(re.findall(r"\b(\w+)_SIG\b", text))
         if found := sorted(named & framework.subscribed):
-            if PUBLISHED.match(text):
+            if framework.calls.published.match(text):
                 return None  # it is sent besides
             return f"the machine publishes `{found[0]}`, and subscribes to it,"
     return None
@@ -280,7 +336,8 @@ def _is_zero(text: Text) -> bool:
 
 
 def _without_spaces(text: str) -> str:
-    return re.sub(r"(?<=\d)[uUlL]+\b|\s+", "", _without_comments(text))
+    text = _without_comments(text).replace("BSP::TICKS_PER_SEC", SECOND)
+    return re.sub(r"(?<=\d)[uUlL]+\b|\s+", "", text)
 
 
 def _without_comments(text: str) -> str:

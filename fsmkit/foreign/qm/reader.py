@@ -70,7 +70,11 @@ def import_machine(source: Source, machine: str, findings: Findings) -> Import |
         own, recorder = Findings(), Recorder()
         reader = _Machine(found, framework, variables, own, recorder)
         document = reader.document()
-        used = [n for n in variables if uses(reader.operations.opaque, f"me->{n}")]
+        used = [
+            name
+            for name in variables
+            if any(uses(reader.operations.opaque, f"{own}{name}") for own in framework.calls.selves)
+        ]
         if not used:
             break
         variables = {name: data for name, data in variables.items() if name not in used}
@@ -459,15 +463,22 @@ class _Machine:
         return (*first, *(self.operations.action(rest) if rest.value else ()))
 
     def _reader(self, armed: tuple[Periodic, ...]) -> Content:
-        variables = {f"me->{name}": data.name.value for name, data in self.data.items()}
+        variables = {
+            f"{own}{name}": data.name.value
+            for own in self.framework.calls.selves
+            for name, data in self.data.items()
+        }
         numbers = frozenset(
-            f"me->{name}" for name, data in self.data.items() if str(data.type) != "bool"
+            f"{own}{name}"
+            for own in self.framework.calls.selves
+            for name, data in self.data.items()
+            if str(data.type) != "bool"
         )
 
         def special(piece: Text) -> Block | None:
             return self.framework.statement(piece, armed, self._event, self.operations)
 
-        return Content(self.operations, variables, special, numbers)
+        return Content(self.operations, variables, special, numbers, variables.keys() - numbers)
 
 
 KNOWN = frozenset(

@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import cycle, zip_longest
 
 import fsmkit.language as lang
 from fsmkit.chart.chart import Chart
@@ -18,8 +18,8 @@ from fsmkit.runtime.session import Session
 from fsmkit.testing.foreign.program import Observation, Program
 from fsmkit.testing.harness.harness import harness
 
-CHUNK = 500
-"""Events of one run of a program."""
+RUNS = (20, 100, 500)
+"""Events of the runs of a program, in turn: a machine that ends early starts again soon."""
 WAITS = (0, 0, 1, 10, 100, 1_000, 5_000)
 """Milliseconds between two events."""
 MOST_RUNS = 200
@@ -100,11 +100,15 @@ def compare_with_program(
     chart: Chart, command: str, count: int, seed: int = 0
 ) -> Difference | None:
     """Run random events on the interpreter and on a program; return a short difference."""
-    for start in range(0, count, CHUNK):
-        steps = _steps(chart, min(CHUNK, count - start), seed + start)
+    start = 0
+    for length in cycle(RUNS):
+        if start >= count:
+            break
+        steps = _steps(chart, min(length, count - start), seed + start)
         found = _run_both(chart, command, steps)
         if found is not None:
             return _shortest(chart, command, steps, found)
+        start += length
     return None
 
 

@@ -99,6 +99,52 @@ def test_calls_of_the_framework(entry: str, exit_: str, expected: list[str]) -> 
     assert all(part in found for part in expected), found
 
 
+CPP = (
+    (
+        "QTimeEvt_armX(&amp;me-&gt;timer, BSP_TICKS_PER_SEC, 0U);",
+        "timer.armX(BSP::TICKS_PER_SEC, 0U);",
+    ),
+    ("(void)QTimeEvt_disarm(&amp;me-&gt;timer);", "(void)this-&gt;timer.disarm();"),
+    (
+        "static QEvt const done = QEVT_INITIALIZER(DONE_SIG); QACTIVE_POST(me, &amp;done, me);",
+        "static QP::QEvt const done(DONE_SIG); POST(&amp;done, this);",
+    ),
+    (
+        "QACTIVE_POST_LIFO(&amp;me-&gt;super, Q_NEW(QEvt, DONE_SIG));",
+        "postLIFO(QP::QF::q_new&lt;QP::QEvt&gt;(APP::DONE_SIG));",
+    ),
+    ("QActive_subscribe(&amp;me-&gt;super, GO_SIG);", "subscribe(APP::GO_SIG);"),
+    ("me-&gt;count = 3U; me-&gt;is_on = 1U;", "count = 3U; this-&gt;is_on = 1U;"),
+    ("QTimeEvt_armX(&amp;me-&gt;timer, 2U, 4U);", "this-&gt;timer.armX(2U, 4U);"),
+    ("f(QTimeEvt_disarm(&amp;me-&gt;timer));", "f(timer.disarm());"),
+    (
+        "if (QActive_defer(&amp;me-&gt;super, &amp;me-&gt;q, e)) { g(); }",
+        "if (defer(&amp;q, e)) { g(); }",
+    ),
+)
+"""Calls of QP/C, and the same of QP/C++."""
+
+
+@pytest.mark.parametrize(("c", "cpp"), CPP)
+def test_calls_of_both_languages_are_the_same(c: str, cpp: str) -> None:
+    attributes = '<attribute name="count" type="uint8_t"/><attribute name="is_on" type="bool"/>'
+    inside = f"{A}{ENTRY}</state>"
+    whole = model(inside % c, attributes=attributes)
+    other = model(inside % cpp, attributes=attributes).replace("qpc::", "qpcpp::")
+    other = other.replace(
+        "QTimeEvt_ctorX(&amp;me-&gt;timer, &amp;me-&gt;super, TIMEOUT_SIG, 0U);",
+        "Lamp() : timer(this, TIMEOUT_SIG, 0U) {}",
+    )
+    found, errors = imported(whole)
+    again, other_errors = imported(other)
+    assert found is not None
+    assert again is not None
+    assert errors == other_errors
+    if not errors:
+        assert found.document.root == again.document.root
+        assert found.document.data == again.document.data
+
+
 def test_a_time_event_for_ever_needs_a_state_around_all() -> None:
     arm = "QTimeEvt_armX(&amp;me-&gt;timer, BSP_TICKS_PER_SEC, BSP_TICKS_PER_SEC);"
     inside = '<state name="off"><tran trig="TIMEOUT" target="../../2"/></state><state name="on"/>'
