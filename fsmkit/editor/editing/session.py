@@ -211,9 +211,14 @@ class EditSession:
         return sorted(names)
 
     def _renamed(self, path: Path, renaming: Renaming) -> OtherFile:
-        before = path.read_bytes()
+        try:
+            before = path.read_bytes()
+            text = before.decode("utf-8").replace("\r\n", "\n")
+        except OSError as error:
+            raise self._failed("read", error) from error
+        except UnicodeDecodeError as error:
+            raise rejected(f"`{path.name}` is not valid UTF-8", help="save it as UTF-8") from error
         is_dos = b"\r\n" in before
-        text = before.decode("utf-8").replace("\r\n", "\n")
         if any(span.source.text != text for span in renaming.places[path]):
             raise rejected(f"`{path.name}` was changed meanwhile", help="rename it again")
         text = renaming.text(path, text)

@@ -239,7 +239,10 @@ class EditHub(Hub):
         if self._document is None:
             raise wrong("the file cannot be read as a chart", "correct its text first")
         parts: list[DocState | DocTransition] = []
-        for item in fields.get("items") or ():
+        items = fields.get("items")
+        if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+            raise wrong("`items` is a list of states and transitions")
+        for item in items:
             name, index = item.get("state"), item.get("index")
             if not isinstance(name, str) or not isinstance(index, int | None):
                 raise wrong("an item is a state, or a state and the index of a transition")
@@ -261,7 +264,9 @@ class EditHub(Hub):
                 self.placement, self._is_tidied = None, True
             case _:
                 operations = _operations(fields)
-                files = fields.get("files")
+                files = fields.get("files") or []
+                if not isinstance(files, list):
+                    raise wrong("`files` is a list of names")
                 if files and len(operations) == 1 and isinstance(operations[0], op.RenameSymbol):
                     self.editing.rename(operations[0], [str(file) for file in files])
                 else:

@@ -308,3 +308,30 @@ def test_a_preview_has_the_findings_that_an_edit_would_add(path: Path) -> None:
     assert preview({**guard, "guard": "1 <"})
     assert "a" in preview({"op": "RenameSymbol", "kind": "state", "name": "b", "new": "a"})[0]
     assert path.read_text() == TEXT
+
+
+@pytest.mark.parametrize("name", ["edit", "trace", "copy", "complete", "preview", "dependents"])
+def test_every_wrong_field_of_a_command_is_answered(name: str, path: Path) -> None:
+    hub = EditHub(EditSession(path))
+    answers: list[Any] = []
+    client = hub.join(lambda text: answers.append(json.loads(text)))
+    renaming = {"op": "RenameSymbol", "kind": "state", "name": "b", "new": "c"}
+    values: list[Any] = [None, 7, "x", [], [7], {}, {"state": 7}, [{"state": 7}]]
+    values += [[{"state": "a", "index": "x"}], [{"state": "a", "index": 9}], [renaming, renaming]]
+    fields = ("operations", "hash", "files", "items", "property", "what", "text", "state", "events")
+    for field in fields:
+        for value in values:
+            given = {"operations": [renaming], "what": "event", "hash": "?", field: value}
+            hub.receive(client, json.dumps({"id": 3, "do": name, **given}))
+            assert answers[-1]["re"] == 3
+            assert answers[-1]["k"] in ("done", "refused")
+    assert path.read_text() == TEXT
+
+
+def test_a_file_that_cannot_be_read_stops_a_renaming(path: Path) -> None:
+    derived = path.with_name("d.yaml")
+    derived.write_bytes(DERIVED.encode() + b"# \xff\n")
+    session = EditSession(path)
+    with pytest.raises(FsmkitError, match="edit-rejected"):
+        session.rename(RENAMING, session.other_files(session.renaming(RENAMING)))
+    assert path.read_text() == TEXT
