@@ -797,7 +797,11 @@ views[0].look.show = ((inner) => function show(svg) {
   if (!isEditing || !svg || !this.width) return;
   const [x, y, w, h] = this.whole;
   if (kept) this.lookAt(kept);
-  else this.centre(x + w / 2, y + h / 2, Math.max(this.unit(this.whole), LETTER / MOST));
+  else {
+    const whole = Math.max(this.unit(this.whole), LETTER / MOST);
+    if (whole <= LETTER / OVERVIEW) this.centre(x + w / 2, y + h / 2, whole);
+    else this.centre(x + w / 2, y, LETTER / LEAST); // its letters are too small: the start, where the initial state is
+  }
   if (!kept) this.ownBox = this.box.join();
 })(views[0].look.show);
 

@@ -21,6 +21,8 @@ NEAR = 6.0
 """Points around dots and texts of arrows."""
 BELOW = 46.0
 """Points between a state and a new one below it: room for an arrow with a label."""
+SLACK = 0.5
+"""Points by which nothing is pushed."""
 MARGIN = 10.0
 """Points between the border of a composite state and its content."""
 STEP, FARTHEST = 24, 480
@@ -166,26 +168,20 @@ class _Placing:
         others = [(other, self.boxes[other]) for other in self._siblings(name)]
         below = [other for other, box in others if box.y >= before.bottom - 1]
         beside = [other for other, box in others if box.x >= before.right - 1]
-        if any(self.boxes[other].meets(now, TOUCH) for other in below):
-            for other in self._behind(now, below, is_down=True):
-                self._move(other, 0.0, now.bottom - before.bottom)
         if any(self.boxes[other].meets(now, TOUCH) for other in beside):
-            for other in self._behind(now, beside, is_down=False):
+            for other in beside:  # columns stay together
                 self._move(other, now.right - before.right, 0.0)
+        if any(self.boxes[other].meets(now, TOUCH) for other in below):
+            for other in self._under(now, below):
+                self._move(other, 0.0, now.bottom - before.bottom)
 
-    def _behind(self, box: Rect, others: Sequence[str], *, is_down: bool) -> list[str]:
-        """Return the boxes that a moving one pushes, and those that they push."""
+    def _under(self, box: Rect, others: Sequence[str]) -> list[str]:
+        """Return the boxes that one pushes which grows downwards, and those that they push."""
         found: list[str] = []
         reached = [box]
-        waiting = sorted(others, key=lambda o: self.boxes[o].y if is_down else self.boxes[o].x)
-        for other in waiting:
+        for other in sorted(others, key=lambda name: self.boxes[name].y):
             one = self.boxes[other]
-            if any(
-                (each.x < one.right + GAP and one.x < each.right + GAP)
-                if is_down
-                else (each.y < one.bottom + GAP and one.y < each.bottom + GAP)
-                for each in reached
-            ):
+            if any(each.x < one.right + GAP and one.x < each.right + GAP for each in reached):
                 found.append(other)
                 reached.append(one)
         return found
@@ -201,10 +197,15 @@ class _Placing:
                         continue
                     gap = self._gap(first, other)
                     mine, theirs = self.boxes[first], self.boxes[other]
-                    if not mine.meets(theirs, min(gap, TOUCH) - 0.1):
+                    push = self._kept_distance(first, other)
+                    if push is None:
+                        if not mine.meets(theirs, min(gap, TOUCH) - 0.1):
+                            continue
+                        right, down = mine.right + gap - theirs.x, mine.bottom + gap - theirs.y
+                        push = (right, 0.0) if right < down else (0.0, down)
+                    elif max(push) <= SLACK:
                         continue
-                    right, down = mine.right + gap - theirs.x, mine.bottom + gap - theirs.y
-                    self._move(other, *((right, 0.0) if right < down else (0.0, down)))
+                    self._move(other, *push)
                     queue.append(other)
                     pushes += 1
                     moved = True
@@ -212,6 +213,26 @@ class _Placing:
             if not self._grow(parent) and not moved:
                 return
             name = parent
+
+    def _kept_distance(self, first: str, other: str) -> tuple[float, float] | None:
+        """Return the push by which a box keeps its distance from one that has grown towards it.
+
+        None if the other was not below or to the right before; zeros if it is far enough.
+        """
+        if self.items[first].is_small or self.items[other].is_small:
+            return None
+        is_opened = self.items[first].is_container and not self._had_content(first)
+        if first not in self.old or other not in self.old or is_opened:
+            return None
+        old, was = self.old[first], self.old[other]
+        mine, theirs = self.boxes[first], self.boxes[other]
+        if was.y >= old.bottom and mine.x < theirs.right and theirs.x < mine.right:
+            wanted = min(max(was.y - old.bottom, TOUCH), BELOW)
+            return 0.0, max(mine.bottom + wanted - theirs.y, 0.0)
+        if was.x >= old.right and mine.y < theirs.bottom and theirs.y < mine.bottom:
+            wanted = min(max(was.x - old.right, TOUCH), BELOW)
+            return max(mine.right + wanted - theirs.x, 0.0), 0.0
+        return None
 
     def _add(self, item: Item) -> None:
         """Put a new box near what it belongs to, and make room for it."""

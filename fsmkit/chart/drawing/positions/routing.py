@@ -7,7 +7,7 @@ cube of the states. An arrow that then meets another state is routed again with 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from fsmkit.chart.drawing.graphviz.engine import run_graphviz
@@ -30,6 +30,12 @@ MOST_SEEN, MOST_ROUTED = 60, 16
 ROUNDS = 3
 APART = 22.0
 """Points between the inner control points of two arrows of the same ends."""
+WIDEST = 90.0
+"""Points between the inner control points of all arrows of the same ends."""
+BENDS = (1.0, 0.7, 0.4, 0.2)
+"""Parts of the wanted bend that are tried."""
+CORNER, AT_BORDER = 8.0, 2.0
+"""Points that an end keeps from corners, and within which it is at a border."""
 CLEAR = 1.0
 """Points that an arrow may be in a state it only touches."""
 
@@ -95,7 +101,7 @@ def route(head: str, links: Sequence[Link], nodes: Mapping[str, Node]) -> dict[s
         if not again or round_ == ROUNDS - 1:
             break
         waiting = _with_parallels(again, waiting, seen)
-    found |= dict(_apart(links, found))
+    found |= dict(_apart(links, found, nodes))
     links_by_name = {link.name: link for link in links}
     return {name: _clipped(arrow, links_by_name[name].clips) for name, arrow in found.items()}
 
@@ -113,29 +119,69 @@ def _with_parallels(
     return found
 
 
-def _apart(links: Sequence[Link], arrows: Mapping[str, Arrow]) -> Iterator[tuple[str, Arrow]]:
-    """Yield bent arrows for those of the same ends, which Graphviz routes on top of each other."""
+def _apart(
+    links: Sequence[Link], arrows: Mapping[str, Arrow], nodes: Mapping[str, Node]
+) -> Iterator[tuple[str, Arrow]]:
+    """Yield bent arrows for those of the same ends, which Graphviz routes on top of each other.
+
+    They are bent less where they would meet another state.
+    """
     groups: dict[frozenset[str], list[Link]] = {}
     for link in links:
         if link.name in arrows and link.ends[0] != link.ends[1]:
             groups.setdefault(frozenset(link.ends), []).append(link)
     for group in groups.values():
+        between = min(APART, WIDEST / len(group))
         for number, link in enumerate(group):
-            aside = APART * (number - (len(group) - 1) / 2)
-            if aside:
-                yield (
-                    link.name,
-                    _bent(arrows[link.name], aside * (-1) ** (link.ends < group[0].ends)),
-                )
+            aside = between * (number - (len(group) - 1) / 2)
+            aside *= -1 if link.ends < group[0].ends else 1
+            old = arrows[link.name]
+            met = _met(old, link, nodes)
+            boxes = [
+                None if clip is not None else nodes[end].box
+                for end, clip in zip(link.ends, link.clips, strict=True)
+            ]
+            for part in BENDS if aside else ():
+                bent = _bent(old, aside * part, boxes[0], boxes[1])
+                if _met(bent, link, nodes) <= met:
+                    yield link.name, bent
+                    break
 
 
-def _bent(arrow: Arrow, aside: float) -> Arrow:
-    """Return an arrow whose inner points are moved aside, seen from its start."""
+def _bent(arrow: Arrow, aside: float, tail: Rect | None, head: Rect | None) -> Arrow:
+    """Return an arrow whose inner points are moved aside, seen from its start.
+
+    Its ends move along the borders of the boxes there, half as far.
+    """
     (x1, y1), *inner, (x2, y2) = arrow.points
     length = ((x2 - x1) ** 2 + (y2 - y1) ** 2) ** 0.5 or 1.0
     dx, dy = -(y2 - y1) / length * aside, (x2 - x1) / length * aside
-    points = ((x1, y1), *((x + dx, y + dy) for x, y in inner), (x2, y2))
-    return replace(arrow, points=points)
+    tips = {end: (x, y) for end, x, y in arrow.heads}
+    start = _along_border(tips.get("s", (x1, y1)), dx / 2, dy / 2, tail)
+    end = _along_border(tips.get("e", (x2, y2)), dx / 2, dy / 2, head)
+    moves = {"s": start, "e": end}
+    return Arrow(
+        (
+            (x1 + start[0], y1 + start[1]),
+            *((x + dx, y + dy) for x, y in inner),
+            (x2 + end[0], y2 + end[1]),
+        ),
+        tuple((word, x + moves[word][0], y + moves[word][1]) for word, x, y in arrow.heads),
+    )
+
+
+def _along_border(
+    point: tuple[float, float], dx: float, dy: float, box: Rect | None
+) -> tuple[float, float]:
+    """Return by how much the end of an arrow at a border can be moved; corners are round."""
+    x, y = point
+    if box is None or min(box.width, box.height) < 3 * CORNER:
+        return 0.0, 0.0
+    if min(abs(y - box.y), abs(y - box.bottom)) < AT_BORDER:
+        return min(max(x + dx, box.x + CORNER), box.right - CORNER) - x, 0.0
+    if min(abs(x - box.x), abs(x - box.right)) < AT_BORDER:
+        return 0.0, min(max(y + dy, box.y + CORNER), box.bottom - CORNER) - y
+    return 0.0, 0.0
 
 
 def _near(link: Link, nodes: Mapping[str, Node]) -> set[str]:
