@@ -51,7 +51,10 @@ def command(file: Path, port: int, is_opened: bool, open_with: str | None, as_js
     from fsmkit.inspector.server import LiveServer, serve_hub
 
     if file.suffix.lower() not in (".yaml", ".yml", ".scxml", ".xml"):
-        raise click.UsageError(f"`{file.name}` is neither YAML nor SCXML")
+        raise click.UsageError(
+            f"`{file.name}` is neither YAML nor SCXML. Convert a machine of another tool first: "
+            f"`fsmkit convert {file} --out {file.with_suffix('.yaml').name}`."
+        )
     if not file.absolute().parent.is_dir():
         raise click.UsageError(f"there is no folder `{file.absolute().parent.name}`")
     with option_value():

@@ -53,7 +53,7 @@ def open_source(
     if messages is not None:
         recorded, file = read_live(messages, findings, None if messages is path else path)
         return Opened(recorded, file, recorded.system.name)
-    if path.suffix == ".json":
+    if path.suffix == ".json" and not _is_chart(path):
         from fsmkit.inspector.sources.counterexample import read_trace
 
         trace, file = read_trace(path)
@@ -68,6 +68,12 @@ def open_source(
             help="name the chart of the machine",
         )
     return Opened(read_log(model, read_bytes(replay), instance), path, model.name)
+
+
+def _is_chart(path: Path) -> bool:
+    """Return whether a file of JSON is a machine of another tool, and no trace."""
+    content = read_bytes(path)
+    return b'"states"' in content and b'"trail"' not in content
 
 
 def read_model(
