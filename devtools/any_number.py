@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from itertools import combinations
 from pathlib import Path
 
 import click
@@ -16,6 +17,7 @@ import click
 from fsmkit.diagnostics import Findings
 from fsmkit.verify.any_number import prove
 from fsmkit.verify.any_number.cells import Ring
+from fsmkit.verify.any_number.multisets import Multisets
 from fsmkit.verify.any_number.windows import Windows
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Verdict
@@ -25,10 +27,10 @@ MOST_STATES = 40_000
 
 
 def problems(
-    path: Path, most: int, options: ExplorationOptions, states: int = MOST_STATES
+    proof: prove.Proof, most: int, options: ExplorationOptions, states: int = MOST_STATES
 ) -> Iterator[str]:
-    """Yield each difference between the proof of a system and its explorations."""
-    proof = prove.prove_file(path, Findings(), parameters={"N": "any"}, options=options)
+    """Yield each difference between a proof and explorations of up to ``most`` machines."""
+    path = proof.family.path
     for value in range(proof.family.least, most + 1):
         report = check(proof.family.system(value, Findings()), Findings(), options=options)
         own = {result.name: result.verdict for result in report.results}
@@ -42,12 +44,16 @@ def problems(
 
 
 def missing_views(
-    proof: prove.Proof, windows: Windows, value: int, options: ExplorationOptions, states: int
+    proof: prove.Proof,
+    views: Windows | Multisets,
+    value: int,
+    options: ExplorationOptions,
+    states: int,
 ) -> Iterator[str]:
-    """Yield the windows of reachable states of one size that are not in the set."""
-    family, ring = proof.family, windows.ring
+    """Yield a view of reachable states of one size that is not in the set."""
+    family, ring = proof.family, views.ring
     length = family.length(value)
-    if length < windows.least:
+    if length < views.least:
         return
     names = frozenset(result.name for result in proof.results)
     closed = prove.closed_for_views(family.system(value, Findings()), options, names)
@@ -56,16 +62,33 @@ def missing_views(
     seen = set(todo)
     for state in todo:  # grows
         cells = [other.cell(p, state) for p in range(length)]
-        for place, start in enumerate(windows.starts):
-            for at in positions(windows, place, length, start):
-                window = tuple(cells[(at + n) % length] for n in range(windows.width))
-                if window not in windows.known[place]:
-                    yield f"N={value}: a window of placement {place} at {at} is missing"
-                    return
+        if isinstance(views, Multisets):
+            is_known = has_multisets(views, cells)
+        else:
+            is_known = has_windows(views, cells)
+        if not is_known:
+            yield f"N={value}: a view of a reachable state is missing"
+            return
         for edge in other.steps.successors(state):
             if edge.to not in seen and len(seen) < states:
                 seen.add(edge.to)
                 todo.append(edge.to)
+
+
+def has_windows(windows: Windows, cells: list[int]) -> bool:
+    """Return whether all windows of a state are in the set."""
+    length = len(cells)
+    return all(
+        tuple(cells[(at + n) % length] for n in range(windows.width)) in windows.known[place]
+        for place, start in enumerate(windows.starts)
+        for at in positions(windows, place, length, start)
+    )
+
+
+def has_multisets(views: Multisets, cells: list[int]) -> bool:
+    """Return whether all choices of machines of a state are in the set."""
+    states = sorted(views.ring.numbers.contents[cell][0] for cell in cells)
+    return set(combinations(states, views.width)) <= views.known
 
 
 def positions(windows: Windows, place: int, length: int, start: int) -> Iterator[int]:
@@ -89,7 +112,7 @@ def main(systems: tuple[Path, ...], most: int, kind: str) -> None:
         began = time.monotonic()
         proof = prove.prove_file(path, Findings(), parameters={"N": "any"}, options=options)
         spent = time.monotonic() - began
-        found = list(problems(path, most, options))
+        found = list(problems(proof, most, options))
         count += len(found)
         views = proof.abstraction
         verdicts = ", ".join(f"{r.name} {r.verdict.value}" for r in proof.results)

@@ -14,14 +14,17 @@ from dataclasses import dataclass, replace
 
 from fsmkit.chart.chart import Chart
 from fsmkit.diagnostics import fail
-from fsmkit.language import ArrayType
+from fsmkit.language import ArrayType, Value
 from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.system.system import System
 from fsmkit.verify.any_number.family import RULE, Family
 from fsmkit.verify.statespace.actions import FAULT, FULL, Message, Outcome
 from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.exploration import first_mark
 from fsmkit.verify.statespace.global_steps import GlobalSteps
 
+OWN, OTHER = -1, -2
+"""Values of a shared number of a machine: the machine itself, and another one."""
 MOST_STARTS = 64
 """Initial states that are tried."""
 
@@ -99,6 +102,7 @@ class Ring:
         self.place = {m: n for members in self.members for n, m in enumerate(members)}
         self.environment = [machine.environment for machine in machines]
         self._sized = [self._sized_data(number) for number in range(len(machines))]
+        self._ids = [self._id_data(number) for number in range(len(machines))]
         self.reach = self._reach()
         self._canonical: dict[tuple[int, int], int] = {}
         self._placed: dict[tuple[int, int], int] = {}
@@ -144,6 +148,11 @@ class Ring:
                 found.setdefault(slot.data, []).append((distance, slot.element))
         return tuple((data, tuple(sorted(elements))) for data, elements in found.items())
 
+    def _id_data(self, number: int) -> tuple[int, ...]:
+        """Return the data of a machine that hold the number of a machine."""
+        machine = self.closed.system.machines[number]
+        return tuple(slot.data for slot in machine.shared if slot.name in self.family.ids)
+
     # --- local states ----------------------------------------------------------------------------
 
     def canonical(self, machine: int, local: int) -> int:
@@ -158,14 +167,28 @@ class Ring:
                 assert isinstance(array, tuple)  # noqa: S101  (an array)
                 held.append((place, tuple((d, array[element]) for d, element in elements)))
                 data[place] = ()
+            for place in self._ids[machine]:
+                data[place] = self._owner(machine, data[place])
             bare = replace(snapshot, data=tuple(data))
             number = self.numbers.local((self.place[machine], bare, tuple(held)))
             known = self._canonical[key] = number
             self._placed[machine, number] = local
         return known
 
-    def placed(self, machine: int, number: int) -> int:
-        """Return the local state of a machine with that number of `canonical`."""
+    def _owner(self, machine: int, value: Value) -> Value:
+        """Return a shared number of a machine as seen by a machine: none, `OWN` or `OTHER`."""
+        assert isinstance(value, int)  # noqa: S101  (a number)
+        if value < self.family.low:
+            return value
+        return OWN if value == self.position[machine] + self.family.low else OTHER
+
+    def placed(self, machine: int, number: int, owner: int | None = None) -> int:
+        """Return the local state of a machine with that number of `canonical`.
+
+        ``owner``: the position whose number other machines hold.
+        """
+        if self._ids[machine]:
+            return self._with_owner(machine, number, owner)
         known = self._placed.get((machine, number))
         if known is None:
             _, bare, held = self.numbers.known[number]
@@ -182,6 +205,34 @@ class Ring:
             self._placed[machine, number] = known
             self._canonical[machine, known] = number
         return known
+
+    def _with_owner(self, machine: int, number: int, owner: int | None) -> int:
+        _, bare, _ = self.numbers.known[number]
+        data = list(bare.data)
+        for place in self._ids[machine]:
+            if data[place] in (OWN, OTHER):
+                at = self.position[machine] if data[place] == OWN else owner
+                assert at is not None  # noqa: S101  (the caller's condition)
+                data[place] = at + self.family.low
+        return self.steps.intern(machine, replace(bare, data=tuple(data)))
+
+    def owned(self, number: int) -> Value | None:
+        """Return the value of the shared number of a machine in a canonical local state."""
+        _, bare, _ = self.numbers.known[number]
+        return next((bare.data[place] for place in self._ids[0]), None)
+
+    def shared_values(self, number: int) -> tuple[Value, ...]:
+        """Return the shared variables in a canonical local state, without whose number it is."""
+        _, bare, _ = self.numbers.known[number]
+        slots = (slot.data for slot in self.closed.system.machines[0].shared)
+        return tuple(OTHER if bare.data[n] == OWN else bare.data[n] for n in slots)
+
+    def private(self, number: int) -> tuple[int, Snapshot]:
+        """Return a canonical local state without shared variables."""
+        place, bare, _ = self.numbers.known[number]
+        shared = {slot.data for slot in self.closed.system.machines[0].shared}
+        data = tuple(0 if n in shared else value for n, value in enumerate(bare.data))
+        return place, replace(bare, data=data)
 
     def cell(self, position: int, state: Sequence[int]) -> int:
         """Return the cell at a position of a global state."""
@@ -296,8 +347,10 @@ class Ring:
     def initial(self) -> list[tuple[int, ...]]:
         """Return the initial states as cells, all positions in order. Raises `FsmkitError`."""
         found: dict[tuple[int, ...], None] = {}
+        firsts = [first_mark(self.closed, number) for number in range(len(self.position))]
+        wrong = {first + note for first in firsts for note in (FULL, FAULT)}
         for edge in self.steps.initial():
-            if edge.marks:
+            if wrong.intersection(edge.marks):
                 raise fail(RULE, "a queue overflows or a machine faults when the machines start")
             found[tuple(self.cell(p, edge.to) for p in range(self.length))] = None
             if len(found) > MOST_STARTS:

@@ -23,7 +23,7 @@ from fsmkit.system.properties.kinds import kinds
 from fsmkit.system.properties.property import AtStates, Builtin, Kind
 from fsmkit.system.properties.reading import property_source
 from fsmkit.verify.any_number.cells import Ring
-from fsmkit.verify.any_number.family import MOST_ENDS, Family, closing_bracket
+from fsmkit.verify.any_number.family import COMPARED, MOST_ENDS, Family, closing_bracket
 from fsmkit.verify.any_number.terms import NotUniformError, Term, term_of
 from fsmkit.verify.engines.python.evaluate import World
 from fsmkit.yaml import nodes
@@ -69,6 +69,12 @@ class Claim:
 def read_claims(family: Family, names: frozenset[str]) -> Iterator[Claim]:
     """Yield the claims of a family; ``names`` limits them (empty: all)."""
     has_deadlock = False
+    written = {name.value for name, _ in family.entries}
+    system = family.system(family.least, Findings())
+    for own in system.properties:
+        if own.name not in written and (not names or own.name in names):
+            why = "state it in the system, as `all(i in node: ...)`"
+            yield Claim(own.name, own.kind, own.text, own.span, why=why)
     for name, node in family.entries:
         claim = _claim(family, name, node)
         has_deadlock |= claim.form is Form.DEADLOCK
@@ -186,6 +192,11 @@ def _check_body_at(family: Family, claim: Claim, place: Term) -> None:
     for match in reversed(list(re.finditer(r"\[([^\[\]]*)\]", rest))):
         term_of(claim.body.part(*match.span(1)), names, ends)
         rest = rest[: match.start()] + rest[match.end() :]
+    for match in COMPARED.finditer(rest):
+        if match[1] in family.ids and match[2].isdecimal() and int(match[2]) < family.low:
+            rest = rest.replace(match[0], " ", 1)
+    if set(NAME.findall(rest)).intersection(family.ids):
+        raise NotUniformError("it compares the number of a machine", claim.body.span)
     used = set(NAME.findall(re.sub(r"\bIn\s*\([^()]*\)|\.\s*\w+", "", rest)))
     if used & {claim.variable, family.parameter}:
         raise NotUniformError("it uses a number of a machine beside an index", claim.body.span)
@@ -237,6 +248,13 @@ class Instances:
     def width(self) -> int:
         """The greatest number of positions that one of them reads."""
         return max((each.size for each in self.all), default=1)
+
+    @property
+    def first(self) -> Instance | None:
+        """The body for the first machine, if it reads no other one and exists for all machines."""
+        found = next((each for each in self.all if each.anchor == 0), None)
+        is_whole = len(self.all) == self.ring.length
+        return found if found is not None and found.size == 1 and is_whole else None
 
     def holds(self, instance: Instance, snapshots: Mapping[int, Snapshot]) -> bool:
         """Return whether the body holds, given the machines that it reads."""

@@ -19,13 +19,14 @@ in all larger ones.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 
 from fsmkit.chart.loading import named_file, read_bytes, read_documents
 from fsmkit.diagnostics import Findings, FsmkitError, Span, Text, fail
 from fsmkit.document.document import DocData, Document
+from fsmkit.language.statements.tree import Assign
 from fsmkit.system.any_file import load_any
 from fsmkit.system.indices import DECLARED
 from fsmkit.system.parameters import NAME, with_parameters
@@ -44,6 +45,12 @@ MOST_ENDS = 3
 """Machines at each end that may differ from those in the middle."""
 RULE = "not-uniform"
 USES = "use it only as an index of a shared array, as in `taken[N]`"
+ID_TYPE = re.compile(r"\s*0\s*\.\.\s*([^=]+?)\s*(?:=\s*(\w+)\s*)?")
+COMPARED = re.compile(
+    r"(?:(?<=\()|^|(?<=\band )|(?<=\bor )|(?<=\bnot ))\s*([A-Za-z_]\w*)\s*[=!]=\s*(\w+)\s*"
+    r"(?=\)|$|\band\b|\bor\b)"
+)
+"""A comparison of a shared variable with a number, as a whole operand of a condition."""
 INDEXED = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\s*\[")
 PLAIN_INDEX = re.compile(r"\[\s*([A-Za-z_]\w*)\s*\]")
 
@@ -79,6 +86,10 @@ class Family:
     high: int
     ends: Ends
     entries: tuple[tuple[Text, nodes.Node], ...]
+    ids: tuple[str, ...] = ()
+    """Shared variables that hold the number of a machine, or a smaller number for none."""
+    is_symmetric: bool = False
+    """Machines may change places: their own number is only stored in and compared with `ids`."""
 
     def system(self, value: int, findings: Findings) -> System:
         """Return the system for a value of the parameter. Raises `FsmkitError`."""
@@ -161,12 +172,13 @@ class _Reader:
     def __init__(self, path: Path, root: nodes.Mapping, parameter: str, findings: Findings) -> None:
         self.path, self.parameter, self.findings = path, parameter, findings
         self.parts = {key.value: value for key, value in root.entries}
-        self.ends = Ends(high=1)
+        self.ends = Ends()
         self.arrays: dict[str, tuple[str, Mapping[str, nodes.Node]]] = {}
         self.fixed: list[str] = []
         self.low = self.high = 0
         self.in_middle = False
         self.sized: dict[str, Text] = {}
+        self.ids: dict[str, Text] = {}
 
     def family(self, least: int, given: Mapping[str, str], *, strict: bool) -> Family:
         """Return the family. Raises `FsmkitError`."""
@@ -194,15 +206,36 @@ class _Reader:
                     help="compare the index with the first or the last one only",
                 )
             if before == (self.ends.low, self.ends.high, self.ends.length):
-                return family
+                break
+        has_ends = self.ends.low + self.ends.high > 0
+        self.ends.high = max(1, self.ends.high)  # where a ring of windows starts
+        return replace(family, is_symmetric=self._is_symmetric() and not has_ends)
 
     def _family(self, least: int, given: Mapping[str, str], *, strict: bool) -> Family:
         entries = nodes.entries_of(self.parts.get("properties"), "`properties`", self.findings)
         arrays = tuple(self.arrays)
         return Family(
             self.path, self.parameter, least, given, strict, arrays, self.low, self.high,
-            self.ends, entries,
+            self.ends, entries, tuple(self.ids),
         )  # fmt: skip
+
+    def _is_symmetric(self) -> bool:
+        """Return whether nothing but the number of a machine differs between machines."""
+        if "connect" in self.parts or self.sized or self.fixed:
+            return False
+        indices = [
+            index
+            for text in _scalars(self.parts.get("environment"))
+            for index in re.findall(r"\[([^\[\]]*)\]", text.value)
+        ]
+        if any(not index.strip().isidentifier() for index in indices):
+            return False
+        return all(
+            text.value.strip() in (variable, self.parameter)
+            or not {variable, self.parameter}.intersection(NAME.findall(text.value))
+            for variable, parts in self.arrays.values()
+            for text in _scalars(parts.get("with"))
+        )
 
     # --- declarations ----------------------------------------------------------------------------
 
@@ -242,8 +275,9 @@ class _Reader:
     def _shared(self) -> None:
         for name, value in nodes.entries_of(self.parts.get("shared"), "`shared`", self.findings):
             for text in _scalars(value):
-                if self.parameter in NAME.findall(text.value):
-                    self.sized[name.value] = text
+                if self.parameter not in NAME.findall(text.value):
+                    continue
+                (self.sized if "[" in text.value else self.ids)[name.value] = text
 
     def _rejection(self, at: Text | Span, why: str) -> FsmkitError:
         return fail(
@@ -263,6 +297,8 @@ class _Reader:
         try:
             for name, text in self.sized.items():
                 self._brackets(text, names, f"the type of `{name}`")
+            for name, text in self.ids.items():
+                self._id(name, text, names)
             for array, (variable, parts) in self.arrays.items():
                 self._array(array, {**names, variable: index}, parts)
             for item in nodes.items_of(self.parts.get("connect"), "`connect`", self.findings):
@@ -322,6 +358,48 @@ class _Reader:
         if positional.intersection(NAME.findall(rest)):
             raise NotUniformError(f"{what} depends on it beside its length", text.span)
 
+    def _id(self, name: str, text: Text, names: Mapping[str, Known]) -> None:
+        """Require that a type of numbers of machines holds each of them, and starts with none."""
+        match = ID_TYPE.fullmatch(text.value)
+        if match is None or self.low < 1:
+            raise NotUniformError(
+                f"`{name}` is not of the form `0..{self.parameter} = 0`, with machines from 1 on",
+                text.span,
+            )
+        high = term_of(text.part(*match.span(1)), names, self.ends)
+        last = Term(length=1, constant=self.low - 1)
+        if not isinstance(high, Term) or high.plus(last, -1) not in map(_constant, range(9)):
+            raise NotUniformError(f"`{name}` does not hold the number of each machine", text.span)
+        if match[2] is not None:
+            self._require_none(text.part(*match.span(2)))
+
+    def _require_none(self, text: Text) -> None:
+        """Require a number that is that of no machine."""
+        if not text.value.strip().isdecimal() or int(text.value) >= self.low:
+            raise NotUniformError("it is the number of a machine", text.span)
+
+    def _is_left_out(self, constants: _Constants) -> Callable[[object], bool]:
+        """Return whether a part of a document needs no further check: a store of a number."""
+
+        def is_left_out(node: object) -> bool:
+            if isinstance(node, DocData):
+                return node.name.value in self.sized or node.name.value in self.ids
+            if not isinstance(node, Assign) or not isinstance(node.location, Text):
+                return False
+            if node.location.value.strip() not in self.ids or node.operator:
+                return False
+            value = node.value
+            return isinstance(value, Text) and self._is_number(value.value, constants)
+
+        return is_left_out
+
+    def _is_number(self, text: str, constants: _Constants) -> bool:
+        """Return whether a text is the own number of a machine, or a number of no machine."""
+        text = text.strip()
+        if text.isdecimal():
+            return int(text) < self.low
+        return constants.own_number(text)
+
     def _array(
         self, array: str, names: Mapping[str, Known], parts: Mapping[str, nodes.Node]
     ) -> None:
@@ -340,12 +418,19 @@ class _Reader:
         documents = read_documents(file, own)
         own.stop_on_errors()
         constants = _Constants(documents, given, self.ends)
+        constants.index = names[variable]
         sized = set(self.sized)
         for document in documents:
             for data in document.data:
                 if data.name.value in sized and data.type is not None:
                     self._brackets(data.type, constants.values, f"the type of `{data.name}`")
-            for text in _texts(document, sized):
+                if data.name.value in sized and data.init is not None:
+                    self._text_of_chart(data.init, constants, sized)
+                if data.name.value in self.ids and data.type is not None:
+                    self._id(data.name.value, data.type, constants.values)
+                    if data.init is not None:
+                        self._require_none(data.init)
+            for text in _texts(document, self._is_left_out(constants)):
                 self._text_of_chart(text, constants, sized)
 
     def _text_of_chart(self, text: Text, constants: _Constants, sized: set[str]) -> None:
@@ -357,13 +442,22 @@ class _Reader:
             if match[1] in sized:
                 covered.append((match.start(), end))
                 self._touch(term_of(inner, constants.values, self.ends), text)
+        covered += [
+            match.span()
+            for match in COMPARED.finditer(text.value)
+            if match[1] in self.ids and self._is_number(match[2], constants)
+        ]
         for match in NAME.finditer(text.value):
             is_inside = any(start <= match.start() < end for start, end in covered)
             after_dot = text.value[: match.start()].endswith(".")
             if is_inside or after_dot:
                 continue
-            if match[0] in constants.positional or match[0] in sized:
-                what = "grows with the system" if match[0] in sized else "differs by position"
+            if match[0] in constants.positional or match[0] in sized or match[0] in self.ids:
+                what = (
+                    "differs by position"
+                    if match[0] in constants.positional
+                    else ("grows with the system")
+                )
                 raise fail(
                     RULE,
                     f"`{match[0]}` {what}, and is used beside an index",
@@ -384,6 +478,7 @@ class _Constants:
         given: Mapping[str, tuple[Text, Mapping[str, Known]]],
         ends: Ends,
     ) -> None:
+        self.index: Known = False
         self.values: dict[str, Known] = {}
         self.positional: set[str] = set()
         for document in reversed(documents):
@@ -402,6 +497,15 @@ class _Constants:
                 self.positional.discard(name)
                 if not _is_fixed(value):
                     self.positional.add(name)
+
+    def own_number(self, name: str) -> bool:
+        """Return whether a constant is the number of the machine."""
+        value = self.values.get(name)
+        return name in self.positional and value == self.index
+
+
+def _constant(value: int) -> Term:
+    return Term(constant=value)
 
 
 def _is_fixed(value: Known) -> bool:
@@ -436,17 +540,17 @@ def _scalars(node: nodes.Node | None) -> Iterator[Text]:
             pass
 
 
-def _texts(node: object, sized: set[str]) -> Iterator[Text]:
-    """Yield the unread texts of a document, without its constants and names of shared arrays."""
+def _texts(node: object, is_left_out: Callable[[object], bool]) -> Iterator[Text]:
+    """Yield the unread texts of a document, without its constants."""
     if isinstance(node, Text):
         yield node
     elif isinstance(node, tuple):
         for item in node:
-            yield from _texts(item, sized)
-    elif isinstance(node, DocData) and node.name.value in sized:
-        yield from _texts(node.init, sized)
+            yield from _texts(item, is_left_out)
+    elif is_left_out(node):
+        return
     elif is_dataclass(node) and not isinstance(node, Span):
         for one in fields(node):
             if isinstance(node, Document) and one.name in ("constants", "source", "name"):
                 continue
-            yield from _texts(getattr(node, one.name), sized)
+            yield from _texts(getattr(node, one.name), is_left_out)

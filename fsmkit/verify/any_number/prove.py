@@ -8,7 +8,7 @@ succeeds, it is undecided, and the report names the largest system that was expl
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,9 +16,11 @@ from fsmkit.diagnostics import Findings, FsmkitError, Severity, fail
 from fsmkit.system.system import System
 from fsmkit.verify.any_number.cells import Numbers, Ring
 from fsmkit.verify.any_number.claims import Claim, Form, Instances, read_claims
-from fsmkit.verify.any_number.conserved import Cell, Weights, change, conserved_weights
+from fsmkit.verify.any_number.conserved import Weights
 from fsmkit.verify.any_number.family import MOST_ENDS, RULE, Family, read_family
-from fsmkit.verify.any_number.windows import TooManyWindowsError, Windows
+from fsmkit.verify.any_number.multisets import Multisets
+from fsmkit.verify.any_number.sums import candidates, not_conserved
+from fsmkit.verify.any_number.windows import TooManyViewsError, Windows
 from fsmkit.verify.explore import ExplorationOptions, check
 from fsmkit.verify.report.verdict import Report, Result, Verdict, add_finding
 from fsmkit.verify.resources.deadline import Deadline, Stage, TimeUp
@@ -37,12 +39,12 @@ EXPLORED = 8
 """The greatest value of the parameter that is explored when windows do not decide."""
 SAMPLED = 4
 """Positions in the middle of the short ring in which conserved sums are looked for."""
-MOST_SAMPLES = 1500
-"""States of it."""
 BUILT_IN = ("deadlock", "livelock", "queue-overflow", "reachable-fault")
 """Rules of violated properties that no file has to name."""
 QUICK_STATES = 500
 """Before views are computed, systems are explored up to the first one with more states."""
+SIZE_SECONDS = 30.0
+"""The time for a system of one size; what it leaves open is undecided."""
 PYTHON_SECONDS = 5.0
 """The time that the search in Python has, before the generated C is compiled instead."""
 
@@ -88,7 +90,7 @@ class Proof:
     explored: list[Explored] = field(default_factory=list)
     refuted: dict[int, Report] = field(default_factory=dict)
     seconds: float = 0.0
-    views: Windows | None = None
+    views: Windows | Multisets | None = None
     """The certificate: the last set of views that was computed."""
 
     @property
@@ -175,7 +177,7 @@ class _Prover:
             least = self._abstract(width)
             bound = EXPLORED if least is None else least - 1
             if least is not None and not self._is_done:
-                bound = max(bound, width + 3)
+                bound = max(bound, min(width + 3, EXPLORED))
             while explored < bound:
                 explored += 1
                 if not self._explore(explored):
@@ -203,27 +205,29 @@ class _Prover:
 
     def _abstract(self, width: int) -> int | None:
         """Decide claims by windows of a width; return the least value that they cover, or None."""
-        self.progress(f"windows of {width}")
+        self.progress(f"views of {width}")
         began = time.monotonic()
         try:
-            windows = self.deadline.cut_off(Stage.EXPLORING, lambda: self._windows(width))
-        except TooManyWindowsError:
-            self.doubt = f"there are too many windows of {width} cells"
+            views = self.deadline.cut_off(Stage.EXPLORING, lambda: self._views(width))
+        except TooManyViewsError:
+            self.doubt = f"there are too many views of {width} machines"
             return None
-        least = max(self.family.least, self.family.value(windows.least))
-        self.proof.views = windows
-        self.bounded = not windows.marks
+        least = max(self.family.least, self.family.value(views.least))
+        self.proof.views = views
+        self.bounded = not views.marks
         for claim in self.claims if self.bounded else ():
-            if claim.form is not None and self._holds(windows, claim):
+            if claim.form is not None and self._holds(views, claim):
                 self.proved.add(claim.name)
         self.proof.abstraction = Abstraction(
-            "windows", width, windows.count, least, len(windows.weights),
+            views.method, width, views.count, least, len(views.weights),
             time.monotonic() - began,
         )  # fmt: skip
         return least
 
-    def _windows(self, width: int) -> Windows:
-        """Return the windows of a width, with the conserved sums that they show."""
+    def _views(self, width: int) -> Windows | Multisets:
+        """Return the views of a width, with the conserved sums that they show."""
+        if self.family.is_symmetric:
+            return Multisets(self._ring_of(width + 2), width)
         ring = self._ring(width, 1)
         if ring.reach > MOST_REACH:
             raise fail(
@@ -274,22 +278,22 @@ class _Prover:
         """Return the names of the properties that are decided."""
         return frozenset(claim.name for claim in self.claims if claim.form is not None)
 
-    def _holds(self, windows: Windows, claim: Claim) -> bool:
-        """Return whether the windows prove a claim."""
+    def _holds(self, views: Windows | Multisets, claim: Claim) -> bool:
+        """Return whether the views prove a claim."""
         if claim.form is Form.DEADLOCK:
-            return not windows.has_stuck_ring()
-        instances = Instances(windows.ring, claim)
-        if instances.width > windows.width:
+            return not views.may_deadlock()
+        instances = Instances(views.ring, claim)
+        if isinstance(views, Multisets) and instances.first is None:
+            self.doubts[claim.name] = "it is not about each machine and the shared variables alone"
+            return False
+        if isinstance(views, Windows) and instances.width > views.width:
             self.doubts[claim.name] = f"it reads {instances.width} neighbouring machines"
             return False
         if claim.form is Form.AT_MOST:
-            return _is_counted(windows, instances, claim)
+            return views.bounds(instances, claim)
         return all(
-            instances.holds(instance, windows.ring.snapshots(start, window)) is not claim.negated
-            for start, known in zip(windows.starts, windows.known, strict=True)
-            for instance in instances.all
-            if instance.start == start
-            for window in known
+            instances.holds(instance, snapshots) is not claim.negated
+            for instance, snapshots in views.instances(instances)
         )
 
     # --- systems of one size ---------------------------------------------------------------------
@@ -351,10 +355,15 @@ class _Prover:
             found.append(min(others, key=lambda r: len(r.trace.steps) if r.trace else 0))
         return found
 
+    def _deadline_in(self, seconds: float) -> Deadline:
+        """Return a deadline in so many seconds, or that of the proof if it comes first."""
+        self.deadline.look()
+        return Deadline(min(seconds, max(self.deadline.left, 0.01)))
+
     def _report(self, system: System, findings: Findings, *, is_quick: bool) -> Report | None:
         """Explore a system by the interpreter if that is quick, otherwise by generated C."""
         if is_quick or self.options.engine != "c":
-            quick = Deadline(min(PYTHON_SECONDS, self.deadline.left))
+            quick = self._deadline_in(PYTHON_SECONDS)
             report = check(
                 system, Findings(),
                 options=replace(self.options, engine="python", shows=False),
@@ -365,9 +374,12 @@ class _Prover:
         if is_quick:
             return None
         return check(
-            system, findings, options=self.options, properties=self.properties,
-            deadline=self.deadline,
-        )  # fmt: skip
+            system,
+            findings,
+            options=self.options,
+            properties=self.properties,
+            deadline=self._deadline_in(SIZE_SECONDS),
+        )
 
     # --- results ---------------------------------------------------------------------------------
 
@@ -471,88 +483,3 @@ def _require_plain(system: System) -> None:
     for machine in system.machines:
         if machine.chart.invocations:
             raise fail(RULE, f"`{machine.name}` invokes machines", machine.span)
-
-
-def candidates(ring: Ring) -> list[Weights]:
-    """Return weights whose sum is constant in the first states of a short ring."""
-    steps = ring.steps
-    todo = [edge.to for edge in steps.initial()]
-    start, seen = todo[0], set(todo)
-    equations: dict[tuple[tuple[Cell, int], ...], None] = {}
-    cells: set[Cell] = set()
-    for state in todo:  # grows
-        before = [(ring.kind(p), ring.cell(p, state)) for p in range(ring.length)]
-        cells.update(before)
-        for edge in steps.successors(state):
-            after = [(ring.kind(p), ring.cell(p, edge.to)) for p in range(ring.length)]
-            equations[tuple(sorted(change(before, after).items()))] = None
-            cells.update(after)
-            if edge.to not in seen and len(seen) < MOST_SAMPLES:
-                seen.add(edge.to)
-                todo.append(edge.to)
-    first = [(ring.kind(p), ring.cell(p, start)) for p in range(ring.length)]
-    own = conserved_weights(
-        map(dict, equations), cells, [cell for cell in first if cell[0] == 0], first
-    )
-    return [*_common(list(map(dict, equations)), cells, first), *own]
-
-
-def _common(equations: list[dict[Cell, int]], cells: set[Cell], first: list[Cell]) -> list[Weights]:
-    """Return weights that do not depend on the position of a cell."""
-    joined = []
-    for each in equations:
-        row: dict[Cell, int] = {}
-        for (_, cell), count in each.items():
-            row[0, cell] = row.get((0, cell), 0) + count
-        joined.append(row)
-    zero = [cell for cell in first if cell[0] == 0]
-    found = conserved_weights(
-        joined, {(0, cell) for _, cell in cells}, zero, [(0, cell) for _, cell in first]
-    )
-    return [replace(weights, is_common=True) for weights in found]
-
-
-def not_conserved(windows: Windows) -> set[int]:
-    """Return the places of the weights of a set of windows whose sum some step changes."""
-    ring, reach = windows.ring, windows.reach
-    found: set[int] = set()
-
-    def compare(before: Sequence[Cell], after: Sequence[Cell]) -> None:
-        for place, weights in enumerate(windows.weights):
-            if sum(weights.at(*cell) for cell in before) != sum(
-                weights.at(*cell) for cell in after
-            ):
-                found.add(place)
-
-    for segment in windows.segments(2 * reach + 1) if windows.weights else ():
-        kinds = [ring.kind(segment.start + n) for n in range(len(segment.cells))]
-        before = list(zip(kinds, segment.cells, strict=True))
-        for move in windows.possible_moves(segment.start, segment.cells, reach):
-            after = windows.after(segment.start, segment.cells, reach, move)
-            if after is not None:
-                compare(before, list(zip(kinds, after, strict=True)))
-    for start, known in zip(windows.starts, windows.known, strict=True):
-        for cell in {window[0] for window in known} if ring.closed.unit else ():
-            if not ring.facts(start, cell).busy:
-                kind = ring.kind(start)
-                compare([(kind, cell)], [(kind, ring.elapsed(start, cell))])
-    return found
-
-
-def _is_counted(windows: Windows, instances: Instances, claim: Claim) -> bool:
-    """Return whether a conserved sum bounds the number of machines for which a body holds."""
-    if instances.width > 1:
-        return False
-    ring = windows.ring
-    counted = [
-        (ring.kind(start), window[0])
-        for start, known in zip(windows.starts, windows.known, strict=True)
-        for instance in instances.all
-        if instance.start == start
-        for window in known
-        if instances.holds(instance, ring.snapshots(start, window[:1]))
-    ]
-    return not counted or any(
-        weights.total < min(weights.at(*cell) for cell in counted) * (claim.most + 1)
-        for weights in windows.weights
-    )

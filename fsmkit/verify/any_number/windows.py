@@ -17,11 +17,13 @@ The certificate is plain data: for each placement the set of windows, each a tup
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fsmkit.diagnostics import fail
+from fsmkit.runtime.interpreter.snapshot import Snapshot
 from fsmkit.verify.any_number.cells import Move, Ring
+from fsmkit.verify.any_number.claims import Claim, Instance, Instances
 from fsmkit.verify.any_number.conserved import Weights
 from fsmkit.verify.any_number.family import RULE
 from fsmkit.verify.statespace.actions import FULL
@@ -34,7 +36,7 @@ MOST_SEQUENCES = 60_000
 """Windows with cells beside them that are tried."""
 
 
-class TooManyWindowsError(Exception):
+class TooManyViewsError(Exception):
     """The set has more windows than `MOST_WINDOWS`, or needs more than `MOST_SEQUENCES`."""
 
 
@@ -49,6 +51,8 @@ class Segment:
 class Windows:
     """The closed set of windows of a width."""
 
+    method = "windows"
+
     def __init__(
         self,
         ring: Ring,
@@ -57,7 +61,7 @@ class Windows:
     ) -> None:
         """Compute the set; windows with a greater sum of some ``weights`` are excluded.
 
-        Raises `TooManyWindowsError`.
+        Raises `TooManyViewsError`.
         """
         self.ring, self.width, self.weights = ring, width, weights
         ends = ring.family.ends
@@ -118,7 +122,7 @@ class Windows:
                 for places, cells in self._around(place, window, size):
                     tried += 1
                     if tried > MOST_SEQUENCES:
-                        raise TooManyWindowsError
+                        raise TooManyViewsError
                     self._steps_beside(places, cells, size)
 
     def _add_initial(self, state: Window) -> None:
@@ -143,7 +147,7 @@ class Windows:
         self._tails[place].setdefault(window[1:], []).append(window[0])
         self._todo.append((place, window))
         if len(self._todo) > MOST_WINDOWS or len(self.known[place]) > MOST_WINDOWS:
-            raise TooManyWindowsError
+            raise TooManyViewsError
 
     def _is_possible(self, start: int, cells: Window) -> bool:
         return all(
@@ -243,6 +247,35 @@ class Windows:
                     return None
         return tuple(found)
 
+    # --- claims ----------------------------------------------------------------------------------
+
+    def instances(self, instances: Instances) -> Iterator[tuple[Instance, Mapping[int, Snapshot]]]:
+        """Yield the bodies of a claim, each with all states of the machines that it reads."""
+        for start, known in zip(self.starts, self.known, strict=True):
+            found = [instance for instance in instances.all if instance.start == start]
+            for window in known if found else ():
+                snapshots = self.ring.snapshots(start, window)
+                for instance in found:
+                    yield instance, snapshots
+
+    def bounds(self, instances: Instances, claim: Claim) -> bool:
+        """Return whether a conserved sum bounds the machines for which a body holds."""
+        if instances.width > 1:
+            return False
+        ring = self.ring
+        counted = [
+            (ring.kind(start), window[0])
+            for start, known in zip(self.starts, self.known, strict=True)
+            for instance in instances.all
+            if instance.start == start
+            for window in known
+            if instances.holds(instance, ring.snapshots(start, window[:1]))
+        ]
+        return not counted or any(
+            weights.total < min(weights.at(*cell) for cell in counted) * (claim.most + 1)
+            for weights in self.weights
+        )
+
     # --- results ---------------------------------------------------------------------------------
 
     def segments(self, size: int) -> Iterator[Segment]:
@@ -262,7 +295,7 @@ class Windows:
                     if self._is_possible(start, cells):
                         yield Segment(start, cells)
 
-    def has_stuck_ring(self) -> bool:
+    def may_deadlock(self) -> bool:
         """Return whether windows without a next step form a ring, so that it may be a deadlock.
 
         A walk through all placements starts and ends with the same window. Its machines at the ends

@@ -36,13 +36,21 @@ def proof_of(path: Path, time: Time = "untimed", name: str = "") -> prove.Proof:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "time"),
-    [("token_ring", "untimed"), ("belt", "untimed"), ("passage", "untimed"), ("lamps", "discrete")],
+    [
+        ("token_ring", "untimed"),
+        ("belt", "untimed"),
+        ("passage", "untimed"),
+        ("lamps", "discrete"),
+        ("mutex", "untimed"),
+        ("room", "untimed"),
+        ("fischer", "discrete"),
+    ],
 )
 def test_all_properties_hold_for_every_number(name: str, time: Time) -> None:
     options = ExplorationOptions(engine="python", time=time)
-    path = SYSTEMS / f"{name}.yaml"
-    assert list(problems(path, 6, options, states=300)) == []
-    proof = proof_of(path, time=time)
+    proof = proof_of(SYSTEMS / f"{name}.yaml", time=time)
+    most = 4 if name == "fischer" else 6
+    assert list(problems(proof, most, options, states=300)) == []
     assert {result.verdict for result in proof.results} == {Verdict.HOLDS}
 
 
@@ -67,6 +75,81 @@ def test_the_smallest_counterexample_is_found(name: str, property_: str, value: 
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("places", [3, 5, 7])
+def test_a_room_with_too_many_places_is_refuted(places: int) -> None:
+    given = {"N": "any", "PLACES": str(places), "MOST": str(places - 1)}
+    options = ExplorationOptions(engine="python", time="untimed")
+    names = frozenset({"full"})
+    proof = prove.prove_file(
+        SYSTEMS / "room.yaml", Findings(), parameters=given, options=options, properties=names
+    )
+    assert [result.reason for result in proof.results] == [f"for N={places}"]
+    assert proof.verdict is Verdict.VIOLATED
+
+
+@pytest.mark.slow
+def test_a_process_that_is_too_hasty_is_refuted() -> None:
+    proof = proof_of(SYSTEMS / "hasty.yaml", "discrete", "exclusion")
+    assert [result.reason for result in proof.results] == ["for N=2"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("turn == ME", "turn <= ME"),
+        ("turn == ME", "turn == ME + 1"),
+        ("turn == ME", "turn + 1 == ME"),
+        ("turn == ME", "turn == N"),
+        ("turn == ME", "turn == 2"),
+        ("turn == ME", "ME > 1 and turn == ME"),
+        ("do: turn = ME", "do: turn = ME - 1"),
+        ("do: turn = ME", "do: turn += ME"),
+        ("do: turn = 0", "do: turn = 1"),
+        ("turn: 0..N = 0", "turn: 0..N = 1"),
+        ("WAIT: 3ms", "WAIT: 3ms * ME"),
+        ("initial: idle", "entry: turn = ME\ninitial: idle"),
+    ],
+)
+def test_processes_that_know_an_order_are_rejected(old: str, new: str, tmp_path: Path) -> None:
+    chart = (SYSTEMS / "process.yaml").read_text(encoding="utf-8")
+    assert old in chart
+    (tmp_path / "process.yaml").write_text(chart.replace(old, new), encoding="utf-8")
+    (tmp_path / "fischer.yaml").write_bytes((SYSTEMS / "fischer.yaml").read_bytes())
+    with pytest.raises(FsmkitError):
+        proof_of(tmp_path / "fischer.yaml", "discrete")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("turn: 0..N = 0", "turn: 0..N - 1 = 0"),
+        ("turn: 0..N = 0", "turn: 0..N = 1"),
+        ("ME: i", "ME: i + 1"),
+        ("i in 1..N", "i in 0..N - 1"),
+        ("p[i].In(critical)", "p[i].In(critical) and turn == 1"),
+        ("p[i].In(critical)", "p[i].In(critical) and p[i].turn == i"),
+        ("count(i in p:", "count(i in 2..N:"),
+    ],
+)
+def test_systems_that_know_an_order_are_not_proved(
+    old: str, new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(prove, "MOST_WIDTH", 2)
+    monkeypatch.setattr(prove, "EXPLORED", 3)
+    text = (SYSTEMS / "fischer.yaml").read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "fischer.yaml").write_text(text.replace(old, new), encoding="utf-8")
+    (tmp_path / "process.yaml").write_bytes((SYSTEMS / "process.yaml").read_bytes())
+    try:
+        proof = proof_of(tmp_path / "fischer.yaml", "discrete")
+    except FsmkitError:
+        return
+    assert proof.verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.slow
 def test_one_missing_window_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The comparison of windows fails if a step is forgotten."""
     own = Windows._steps_beside
@@ -77,7 +160,8 @@ def test_one_missing_window_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(Windows, "_steps_beside", forgetful)
     options = ExplorationOptions(engine="python", time="untimed")
-    assert list(problems(SYSTEMS / "token_ring.yaml", 6, options, states=300))
+    proof = proof_of(SYSTEMS / "token_ring.yaml")
+    assert list(problems(proof, 6, options, states=300))
 
 
 @pytest.mark.slow
