@@ -87,6 +87,8 @@ def replayed(other: Branch, branch: Branch) -> Document | None:
     document = other.document
     both = [operation for operation, _, _ in other.operations]
     for operation, before, after in branch.operations:
+        if isinstance(operation, op.AddTransition) and operation in both:
+            continue  # both added it
         fitted = _fitted(operation, before, document, twins)
         if fitted is None and isinstance(operation, op.RemoveTransition):
             continue  # both removed it
