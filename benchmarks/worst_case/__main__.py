@@ -72,9 +72,9 @@ def build(machine: c_machines.Machine, stream: Stream, folder: Path) -> Path:
 
 def requests(stream: Stream, count: int) -> Iterator[bytes]:
     """Yield the requests of a run: the start, then an event each (``driver.h``)."""
-    yield struct.pack("<HBI", 5, START, 0)
+    yield struct.pack("<HBIBHI", 12, START, 0, 0, 1, 0)
     for event in stream.events[:count]:
-        yield struct.pack("<HBIB", 6, DISPATCH, 0, event)
+        yield struct.pack("<HBIBHIB", 13, DISPATCH, 0, 0, 1, 0, event)
 
 
 def measure(

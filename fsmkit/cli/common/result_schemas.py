@@ -265,7 +265,8 @@ CERTIFICATE = _object({
     "form": STRING, "prefix": _or_null(STRING), "parameters": _map(STRING),
     "firmware": _or_null(_object({"file": STRING, "sha256": STRING})),
     "generated": HASHES, "objects": HASHES,
-    "states": INT, "states_left": INT, "steps": INT, "interpreted": INT, "repeated": INT,
+    "states": INT, "states_left": INT, "steps": INT, "interpreted": INT,
+    "emulated": _or_null(INT), "repeated": INT,
     "classes": INT, "limit": INT,
     "coverage": _object(dict.fromkeys(("states", "transitions", "pairs"), RATIO)),
     "maxima": _list(_object({

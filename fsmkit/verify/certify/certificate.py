@@ -72,6 +72,7 @@ def certificate(
         "states_left": len(comparison.states) - comparison.explored,
         "steps": comparison.taken,
         "interpreted": comparison.steps.interpreted,
+        "emulated": comparison.emulated if processor is not None else None,
         "repeated": comparison.repeated,
         "classes": _classes(comparison),
         "limit": request.limit,
@@ -195,6 +196,10 @@ def assumptions(
     ]
     if processor is not None:
         found.append("The emulator executes instructions as the processor does.")
+        found.append(
+            "Where the binary accesses none of the inputs that differ, the emulator executed one "
+            "of these steps: the others are the same execution."
+        )
         if not is_firmware:
             found.append("`memcpy`, `memset`, `memmove` and `memcmp` are those of fsmkit.")
         found.append(

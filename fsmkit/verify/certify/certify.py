@@ -100,13 +100,19 @@ def executions_of(
     payloads = program.payloads
     return Executions(
         host,
-        Emulator(image, processor, folder),
+        Emulator(image, processor, folder, _inputs(program)),
         Translation(own, image.layout, payloads),
         Translation(image.layout, own, payloads),
         Translation(own, own, payloads),
         size,
         saved,
     )
+
+
+def _inputs(program: Program) -> list[str]:
+    """Return the members of the machine that hold its inputs."""
+    names = program.names
+    return [names.variables[each.name] for each in names.chart.inputs]
 
 
 def options_of(form: str) -> Options:

@@ -33,6 +33,8 @@ MOST_STEPS = 20_000
 """The steps of a packet."""
 MOST_CHOICES = 65_536
 """The sequences of inputs and results that are tried for one action at a state."""
+INPUTS_CHANGED, INPUTS_MATTER = 1 << 30, 1 << 31
+"""Flags of an answer (``driver.h``)."""
 LIMIT_REACHED, TIME_OVER = "limit", "timeout"
 Progress = Callable[[int, int, int], None]
 """Called now and then with states, states left, and steps."""
@@ -106,6 +108,8 @@ class Comparison:
     parents: list[tuple[int, str]]
     explored: int = 0
     taken: int = 0
+    emulated: int = 0
+    """The steps that the emulator took, repetitions included."""
     repeated: int = 0
     stopped: str = ""
     """The bound that ended the comparison before its end: ``limit``, ``timeout``, or empty."""
@@ -269,7 +273,7 @@ def _packets(batch: Batch, saved: int, bounds: _Bounds) -> Iterator[Packet]:
         if is_end:
             return
         part.append(step)
-        explored += step.is_explored
+        explored += step.count if step.is_explored else 0
         size += len(step.request)
     if part:
         yield Packet(batch.saved, batch.now, part)
@@ -286,7 +290,7 @@ def _execute(found: Comparison, executions: Executions, number: int, packet: Pac
         found.differences.append(Difference(packet.steps[0].name, found.path(number), what))
         raise
     found.seconds.host += time.perf_counter() - started
-    found.taken += sum(step.is_explored for step in packet.steps)
+    found.taken += sum(step.count for step in packet.steps if step.is_explored)
     found.repeated += sum(not step.is_explored for step in packet.steps)
     found.differences += (
         Difference(step.name, found.path(number), what)
@@ -309,12 +313,16 @@ def against_interpreter(
         what = ""
         if data[at + 8 : at + 8 + length] != expected.trace:
             what = "calls and outgoing events differ"
+        elif returned & INPUTS_MATTER:
+            what = "an input matters that the interpreter does not read"
+        elif returned & INPUTS_CHANGED:
+            what = "inputs are changed"
         elif returned != expected.returned:
             what = f"returned values differ: {returned} instead of {expected.returned}"
         elif kept != expected.saved:
             what = "configuration, data, queues or timers differ"
         elif saved[number * each]:
-            what = "inputs are changed, or the machine cannot be saved"
+            what = "the machine cannot be saved"
         if what:
             yield step, f"interpreter and C on this computer: {what}"
         at += _answer_size(length, executions.size)
@@ -348,6 +356,7 @@ def _emulate(
         found.seconds.emulator += time.perf_counter() - started
         return
     found.seconds.emulator += time.perf_counter() - started
+    found.emulated += emulator.taken_steps
     if not (to.is_same and other == answers.answers):
         found.differences += (
             Difference(step.name, found.path(number), what)

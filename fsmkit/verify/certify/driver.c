@@ -7,6 +7,7 @@ uint32_t certify_request_size;
 uint32_t certify_answered;
 uint32_t certify_answer_size;
 volatile uint8_t certify_active;
+volatile uint8_t certify_reads;
 uint8_t certify_manner;
 
 static uint32_t at;
@@ -143,36 +144,107 @@ static void store32(uint32_t place, uint32_t value)
     }
 }
 
+#ifdef CERTIFY_HOST
+extern uint8_t certify_saved[];
+extern uint32_t certify_saved_size;
+
+static void certify_request(uint32_t varying)
+{
+    (void)varying;
+    certify_reads = 1u;
+}
+#else
+/* A hook of the emulator is here: see probe_request. */
+static __attribute__((noinline)) void certify_request(uint32_t varying)
+{
+    certify_reads = 0u;
+    __asm__ volatile("" : : "r"(varying) : "memory");
+}
+#endif
+
+static bool is_equal(const uint8_t *one, const uint8_t *other, uint32_t size)
+{
+    uint32_t i = 0u;
+    while (i < size && one[i] == other[i]) {
+        i++;
+    }
+    return i == size;
+}
+
+/* Take the step with the inputs at a place; `rest`: the place after all inputs. */
+static void take_step(uint8_t action, uint32_t now, uint32_t inputs, uint32_t rest)
+{
+    const uint32_t start = certify_answer_size;
+    uint32_t returned;
+    certify_answer_size += 8u;
+    trace_size = 0u;
+    trace_most = CERTIFY_TRACE_BYTES;
+    at = rest;
+    returned = certify_perform(action, now);
+    at = inputs;
+    if (!certify_restore_inputs()) {
+        returned |= CERTIFY_INPUTS_CHANGED;
+    }
+    store32(start, trace_size);
+    store32(start + 4u, returned);
+    while (certify_answer_size % 4u != 0u) {
+        certify_answers[certify_answer_size++] = 0u;
+    }
+    certify_copy(certify_answers + certify_answer_size, certify_machine(), certify_machine_size);
+    for (certify_answer_size += certify_machine_size; certify_answer_size % 4u != 0u; certify_answer_size++) {
+        certify_answers[certify_answer_size] = 0u;
+    }
+    certify_after(action == CERTIFY_REBASE ? 0u : now);
+}
+
 /* An answer: bytes of the trace (4), what the functions returned (4), the trace, the machine. */
 void certify_main(void)
 {
     at = certify_answered;
     certify_answer_size = 0u;
     while (at < certify_request_size
-           && certify_answer_size + CERTIFY_TRACE_BYTES + certify_machine_size + 16u <= CERTIFY_ANSWER_BYTES) {
-        const uint32_t start = certify_answer_size;
+           && certify_answer_size + 2u * (CERTIFY_TRACE_BYTES + certify_machine_size + 16u) <= CERTIFY_ANSWER_BYTES) {
+        const uint32_t first = certify_answer_size;
+        uint32_t end, now, varying, inputs, size, next;
+        uint16_t count;
         uint8_t action;
-        uint32_t now, end, returned;
-        certify_answer_size += 8u;
-        trace_size = 0u;
-        trace_most = CERTIFY_TRACE_BYTES;
+#ifdef CERTIFY_HOST
+        const uint32_t first_saved = certify_saved_size;
+        uint32_t next_saved;
+#endif
         end = certify_take16();
         end += at;
         action = certify_take8();
         now = certify_take32();
         certify_manner = certify_take8();
+        count = certify_take16();
+        varying = certify_take32();
+        certify_request(varying);
+        inputs = at;
         certify_prepare();
-        returned = certify_perform(action, now);
-        store32(start, trace_size);
-        store32(start + 4u, returned);
-        while (certify_answer_size % 4u != 0u) {
-            certify_answers[certify_answer_size++] = 0u;
+        size = at - inputs;
+        take_step(action, now, inputs, inputs + count * size);
+        next = certify_answer_size;
+#ifdef CERTIFY_HOST
+        next_saved = certify_saved_size;
+#endif
+        for (uint16_t i = 1u; i < count && certify_reads != 0u; i++) {
+            bool same;
+            at = inputs + i * size;
+            certify_prepare();
+            take_step(action, now, inputs + i * size, inputs + count * size);
+            same = certify_answer_size - next == next - first
+                   && is_equal(certify_answers + first, certify_answers + next, next - first);
+#ifdef CERTIFY_HOST
+            same = same && is_equal(certify_saved + first_saved, certify_saved + next_saved, next_saved - first_saved);
+            certify_saved_size = next_saved;
+#endif
+            certify_answer_size = next;
+            if (!same) {
+                certify_answers[first + 7u] |= (uint8_t)(CERTIFY_INPUTS_MATTER >> 24);
+                break;
+            }
         }
-        certify_copy(certify_answers + certify_answer_size, certify_machine(), certify_machine_size);
-        for (certify_answer_size += certify_machine_size; certify_answer_size % 4u != 0u; certify_answer_size++) {
-            certify_answers[certify_answer_size] = 0u;
-        }
-        certify_after(action == CERTIFY_REBASE ? 0u : now);
         at = end;
         certify_answered = at;
     }

@@ -1,8 +1,10 @@
 /* driver.h: steps of one generated machine by requests, on this computer and in the emulator.
  *
- * A request names a state, values for the inputs, an action and the results of operations. The answer
- * holds what the host of the machine notices, and then every byte of the machine; zeros fill each up to
- * a multiple of 4. Numbers are least significant byte first, so requests are the same for all processors.
+ * A request: its bytes after these (2), the action (1), the time (4), the manner (1), how many combinations of inputs
+ * follow (2), which inputs differ in them (4, a bit each; the last one for all further ones), the
+ * combinations, what the manner needs, the event, the results of operations. The machine takes the step with each combination;
+ * all must lead to the same. The answer holds what the host of the machine notices, and then every byte
+ * of the machine with its former inputs; zeros fill each up to a multiple of 4. Numbers are least significant byte first, so requests are the same for all processors.
  *
  * driver_X.c, which is generated for a machine X, defines the functions at the end. */
 #ifndef CERTIFY_DRIVER_H
@@ -12,6 +14,8 @@
 
 enum { CERTIFY_START, CERTIFY_DISPATCH, CERTIFY_POST, CERTIFY_RUN, CERTIFY_OBSERVE, CERTIFY_REBASE };
 enum { CERTIFY_CALLED = 1, CERTIFY_SENT = 2 };
+#define CERTIFY_INPUTS_CHANGED 0x40000000u /* flags in the returned value */
+#define CERTIFY_INPUTS_MATTER 0x80000000u  /* a combination of inputs led to something else */
 
 /* What the host does whenever the machine calls it: look at the machine, post events, call the functions
  * that a step excludes. With full counters the machine has counted almost as much as it can. */
@@ -32,6 +36,9 @@ extern uint8_t certify_manner; /* of the current request */
 
 /* 1 while the machine's own code runs: what happens then is counted. 2: it has called its host. */
 extern volatile uint8_t certify_active;
+/* Whether the machine has accessed one of the inputs that differ: if not, all combinations are one step.
+ * Only a hook of the emulator knows. */
+extern volatile uint8_t certify_reads;
 extern uint8_t certify_leave(void); /* for functions of the host: nothing counts until `certify_enter` */
 extern void certify_enter(uint8_t active);
 
@@ -76,6 +83,7 @@ extern const uint32_t certify_machine_size;
 void *certify_state(void);   /* from which all requests start */
 void *certify_machine(void); /* the one that a request changes */
 void certify_prepare(void);  /* copies the state, takes the inputs and what the manner needs */
+bool certify_restore_inputs(void); /* takes the same inputs; whether the machine has kept them */
 uint32_t certify_perform(uint8_t action, uint32_t now); /* returns what the functions returned */
 void certify_after(uint32_t now);                       /* on this computer only: saves the machine */
 

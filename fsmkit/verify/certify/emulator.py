@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import importlib
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from fsmkit.diagnostics import fail
 from fsmkit.verify.certify.layout import Layout, layout_of
 from fsmkit.verify.certify.processors import Processor
 from fsmkit.verify.certify.program import FOLDER
+from fsmkit.verify.certify.steps import MOST_VARYING
 
 RELOCATED = (".got", ".data.rel.ro", ".toc", ".constants")
 """Sections that only the linker writes."""
@@ -54,6 +56,9 @@ class _Probe(ctypes.Structure):
         ("coded", _Range),
         ("data", ctypes.c_void_p),
         ("stored", _Range),
+        ("reads", ctypes.c_void_p),
+        ("machine", _Range),
+        ("inputs", ctypes.c_void_p),
         ("stop", ctypes.c_void_p),
         ("register_read", ctypes.c_void_p),
         ("register_write", ctypes.c_void_p),
@@ -62,6 +67,9 @@ class _Probe(ctypes.Structure):
         ("status_register", ctypes.c_int),
         ("argument_registers", ctypes.c_int * 3),
         ("count", ctypes.c_uint32),
+        ("varying", ctypes.c_uint32),
+        ("taken_steps", ctypes.c_uint32),
+        ("now", _Record),
         ("wrong", ctypes.c_uint32),
         ("wrong_address", ctypes.c_uint64),
         ("wrong_pc", ctypes.c_uint64),
@@ -170,8 +178,14 @@ class StepError(Exception):
 class Emulator:
     """A processor with a machine and its driver."""
 
-    def __init__(self, image: Image, processor: Processor, folder: Path) -> None:
-        """Load a binary. ``folder``: where the counting functions are built."""
+    def __init__(
+        self, image: Image, processor: Processor, folder: Path, inputs: Sequence[str] = ()
+    ) -> None:
+        """Load a binary.
+
+        ``folder``: where the counting functions are built. ``inputs``: the members of the machine
+        that hold its inputs, in C.
+        """
         self.image = image
         self.processor = processor
         self._const = _constants(processor)
@@ -189,6 +203,7 @@ class Emulator:
         self._map()
         self._probe = _Probe()
         self._observer = ctypes.c_size_t()
+        self._inputs = self._input_numbers(inputs)
         self._watch()
 
     def __del__(self) -> None:
@@ -250,6 +265,16 @@ class Emulator:
         region = self._region(address)
         return ctypes.addressof(region.data) + address - region.start
 
+    def _input_numbers(self, inputs: Sequence[str]) -> Any:
+        """Return for each byte of the machine 0, or the number of the input in it plus one."""
+        found = (ctypes.c_uint8 * self.image.layout.size)()
+        for part in self.image.layout.parts:
+            for number, place in enumerate(inputs):
+                if re.match(rf"\.{re.escape(place)}(?![^.\[])", part.path):
+                    for offset in range(part.offset, part.offset + part.size):
+                        found[offset] = 1 + min(number, MOST_VARYING)
+        return found
+
     def _watch(self) -> None:
         """Install the hooks."""
         probe, symbols = self._probe, self.image.symbols
@@ -278,6 +303,10 @@ class Emulator:
         data = self._region(self._address("certify_answers"))
         probe.data = ctypes.addressof(data.data)
         probe.stored = _Range(data.start, data.end)
+        probe.reads = self._pointer(self._address("certify_reads"))
+        machine = symbols["fsm_machine"]
+        probe.machine = _Range(machine.address, machine.address + self.image.layout.size)
+        probe.inputs = ctypes.addressof(self._inputs)
         probe.stop = ctypes.cast(self._lib.uc_emu_stop, ctypes.c_void_p).value
         probe.register_read = ctypes.cast(self._lib.uc_reg_read, ctypes.c_void_p).value
         probe.stack_register = self._number(self.processor.stack)
@@ -286,7 +315,9 @@ class Emulator:
         probe.status_register = self._number(status) if status else -1
         probe.pc_register = self._number(self.processor.counter)
         probe.argument_registers[:] = [self._number(each) for each in self.processor.arguments]
-        prepare, copy = (self._address(name) & ~1 for name in ("certify_prepare", "certify_copy"))
+        request, prepare, copy = (
+            self._address(f"certify_{name}") & ~1 for name in ("request", "prepare", "copy")
+        )
         for number, (start, to) in enumerate(self.image.redirected[:MOST_REDIRECTED]):
             probe.redirect[number] = _Range(start, to)
             probe.redirected += 1
@@ -295,7 +326,8 @@ class Emulator:
         ]
         for kind, name, first, last in (
             *redirected,
-            (HOOK_CODE, "probe_request", prepare, prepare),
+            (HOOK_CODE, "probe_request", request, request),
+            (HOOK_CODE, "probe_step", prepare, prepare),
             (HOOK_CODE, "probe_copy", copy, copy),
             (HOOK_CODE, "probe_code", probe.driver.end, ANYWHERE),
             (HOOK_CODE, "probe_code", 0, probe.driver.start - 1),
@@ -346,7 +378,7 @@ class Emulator:
         Raises `StepError` where the machine does what no step may do.
         """
         processor, probe = self.processor, self._probe
-        probe.count = probe.wrong = probe.blocks = 0
+        probe.count = probe.wrong = probe.blocks = probe.taken_steps = 0
         self.write(self._address("fsm_state"), state)
         self.write(self._address("certify_requests"), requests)
         self._set_word("certify_request_size", len(requests))
@@ -372,6 +404,11 @@ class Emulator:
             size = self._word("certify_answer_size")
             found.append(self.read(self._address("certify_answers"), size))
         return b"".join(found)
+
+    @property
+    def taken_steps(self) -> int:
+        """The steps that the last answer took, each combination of inputs for itself."""
+        return int(self._probe.taken_steps)
 
     def records(self) -> memoryview:
         """Return instructions, cycles and bytes of stack of each request of the last answer."""

@@ -67,6 +67,11 @@ def _facts(document: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("states left", f"{document['states_left']:,}"),
         ("classes of values", f"{document['classes']:,}"),
         ("steps of the interpreter", f"{document['interpreted']:,}"),
+        *(
+            [("steps of the emulator", f"{document['emulated']:,}")]
+            if document["emulated"] is not None
+            else []
+        ),
         (
             "repeated with other values, or with hosts that act during calls",
             f"{document['repeated']:,}",

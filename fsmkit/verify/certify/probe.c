@@ -17,6 +17,11 @@ typedef struct {
     uint32_t instructions, cycles, stack;
 } record;
 
+static uint32_t larger(uint32_t a, uint32_t b)
+{
+    return a < b ? b : a;
+}
+
 typedef struct {
     /* set by the owner */
     const volatile uint8_t *active; /* `certify_active` */
@@ -31,6 +36,9 @@ typedef struct {
     range coded;
     uint8_t *data; /* the memory that holds the data of the driver */
     range stored;
+    uint8_t *reads;    /* `certify_reads` */
+    range machine;     /* `fsm_machine` */
+    const uint8_t *inputs; /* for each byte of it: 0, or the number of the input in it plus one */
     int (*stop)(void *);
     int (*register_read)(void *, int, void *);
     int (*register_write)(void *, int, const void *);
@@ -38,6 +46,9 @@ typedef struct {
     int argument_registers[3];
     /* set by the hooks */
     uint32_t count; /* records; the last one is being written */
+    uint32_t varying; /* the inputs that differ in the combinations of the request, a bit each */
+    uint32_t taken_steps; /* those that were executed */
+    record now;       /* of the step with this combination */
     uint32_t wrong; /* 0, or what ended the run: 1 read, 2 write, 3 limit */
     uint64_t wrong_address, wrong_pc;
     uint64_t pc, top, next;
@@ -118,16 +129,29 @@ static uint32_t cycles_of(uint32_t h, uint32_t taken, bool *is_conditional)
     return 1u;
 }
 
-/* Called where `certify_prepare` starts: the next request. */
+/* Called where `certify_request` starts: the next request. */
 void probe_request(void *uc, uint64_t address, uint32_t size, void *user)
+{
+    probe *self = user;
+    uint64_t varying = 0u;
+    (void)address;
+    (void)size;
+    (void)self->register_read(uc, self->argument_registers[0], &varying);
+    self->varying = (uint32_t)varying;
+    if (self->count < MOST_RECORDS) {
+        self->records[self->count++] = (record){0u, 0u, 0u};
+    }
+}
+
+/* Called where `certify_prepare` starts: the step with the next combination of inputs. */
+void probe_step(void *uc, uint64_t address, uint32_t size, void *user)
 {
     probe *self = user;
     (void)uc;
     (void)address;
     (void)size;
-    if (self->count < MOST_RECORDS) {
-        self->records[self->count++] = (record){0u, 0u, 0u};
-    }
+    self->now = (record){0u, 0u, 0u};
+    self->taken_steps++;
     self->was_active = false;
     self->blocks = 0u;
 }
@@ -192,20 +216,35 @@ void probe_code(void *uc, uint64_t address, uint32_t size, void *user)
         (void)self->register_read(uc, self->stack_register, &self->top);
     }
     self->pc = address;
-    if (++of->instructions > self->limit) {
+    of->instructions = larger(of->instructions, ++self->now.instructions);
+    if (self->now.instructions > self->limit) {
         stop(uc, self, 3u, address);
         return;
     }
     if (self->taken != 0u) {
         bool is_conditional = false;
         if (self->next != 0u && address != self->next) {
-            of->cycles += self->taken;
+            self->now.cycles += self->taken;
         }
         self->next = 0u;
         if (is_in(self->coded, address, 2u)) {
             const uint8_t *at = self->code + (address - self->coded.start);
-            of->cycles += cycles_of((uint32_t)(at[0] | (uint32_t)at[1] << 8), self->taken, &is_conditional);
+            self->now.cycles += cycles_of((uint32_t)(at[0] | (uint32_t)at[1] << 8), self->taken, &is_conditional);
             self->next = is_conditional ? address + 2u : 0u;
+        }
+        of->cycles = larger(of->cycles, self->now.cycles);
+    }
+}
+
+/* Note whether an access reads or writes inputs that differ in the combinations of the request. */
+static void note_inputs(probe *self, uint64_t address, uint64_t bytes)
+{
+    for (uint64_t i = 0u; i < bytes; i++) {
+        if (is_in(self->machine, address + i, 1u)) {
+            const uint8_t input = self->inputs[address + i - self->machine.start];
+            if (input != 0u && (self->varying >> (input - 1u) & 1u) != 0u) {
+                *self->reads = 1u;
+            }
         }
     }
 }
@@ -240,6 +279,9 @@ void probe_memory(void *uc, int type, uint64_t address, int size, int64_t value,
     const uint64_t bytes = (uint64_t)(unsigned)size;
     if (self->status_register >= 0) {
         leave_block(uc, self);
+    }
+    if (*self->active != 0u && self->varying != 0u && *self->reads == 0u) {
+        note_inputs(self, address, bytes); /* a function of the host may read them by a pointer */
     }
     if (*self->active != 1u) {
         return;

@@ -114,7 +114,7 @@ def driver(names: Names) -> str:
             "static uint16_t fsm_looks_left;",
         ]
     )
-    out.lines(["#ifdef CERTIFY_HOST", f"static {p} fsm_given;", "#endif"])
+    out.line(f"static {p} fsm_given;")
     leaves = max(1, sum(state.is_leaf for state in names.chart.states))
     out.line(f"static {p}_state fsm_seen[{leaves}];")
     out.lines(["static uint32_t fsm_deadline, fsm_now;", ""])
@@ -133,6 +133,7 @@ def driver(names: Names) -> str:
     """)
     _read_event(out, names)
     _prepare(out, names)
+    _restore_inputs(out, names)
     _look(out, names)
     _call_back(out, names)
     _host_functions(out, names)
@@ -163,7 +164,6 @@ def _prepare(out: Emitter, names: Names) -> None:
         with out.block("if ((certify_manner & (CERTIFY_POSTING | CERTIFY_NESTING)) != 0u) {"):
             out.lines(["fsm_posts = certify_take8();", "fsm_posts_left = certify_take8();"])
             out.line("fsm_read_event(&fsm_posted);")
-        out.lines(["#ifdef CERTIFY_HOST", "fsm_given = fsm_machine;", "#endif"])
 
 
 def _read_event(out: Emitter, names: Names) -> None:
@@ -182,6 +182,20 @@ def _read_event(out: Emitter, names: Names) -> None:
                     _take(out, place, part.type, names)
                 out.line("break;")
             out.lines(["default:", "break;"])
+
+
+def _restore_inputs(out: Emitter, names: Names) -> None:
+    out.lines(["", "bool certify_restore_inputs(void)"])
+    with out.block("{"):
+        out.line("bool kept = true;")
+        for declared in names.chart.inputs:
+            place = names.variables[declared.name]
+            _take(out, f"fsm_given.{place}", declared.type, names)
+            for path, _ in _scalars(declared.type, names):
+                at = f"{place}{path}"
+                out.line(f"kept = kept && fsm_machine.{at} == fsm_given.{at};")
+                out.line(f"fsm_machine.{at} = fsm_state.{at};")
+        out.lines(["(void)fsm_given;", "return kept;"])
 
 
 def _look(out: Emitter, names: Names) -> None:
@@ -439,19 +453,8 @@ def _saving(out: Emitter, names: Names) -> None:
 
     void certify_after(uint32_t now)
     {{
-        static {p} after;
         uint8_t *saved = certify_saved + certify_saved_size;
-        after = fsm_machine;
-        saved[0] = 0u;
-    """)
-    for declared in names.chart.inputs:
-        place = names.variables[declared.name]
-        for path, _ in _scalars(declared.type, names):
-            at = f"{place}{path}"
-            out.line(f"    saved[0] |= (uint8_t)(after.{at} != fsm_given.{at});")
-            out.line(f"    after.{at} = fsm_state.{at};")
-    out.text(f"""
-        saved[0] |= (uint8_t)((uint32_t)!{p}_save(&after, now, saved + 1) << 1);
+        saved[0] = (uint8_t)!{p}_save(&fsm_machine, now, saved + 1);
         certify_saved_size += {upper}_SAVED_BYTES + 1u;
     }}
     #else

@@ -69,6 +69,12 @@ BEYOND = 1_000
 """Ticks until a pending delayed send whose delay the chart computes."""
 MOST_UNREAD = 64
 """At most so many combinations of inputs that the interpreter does not read."""
+MOST_INPUT_BYTES = 0x4000
+"""The bytes of all combinations of inputs in one request."""
+MOST_VARYING = 31
+"""Inputs from this number on share a bit (``driver.h``)."""
+MOST_KEPT = 4096
+"""The sets of inputs whose combinations are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +101,8 @@ class Step:
     """False for a repetition with other values: its state counts as that of the first."""
     is_measured: bool = True
     """False if the host acts during calls: what that costs is not the machine's."""
+    count: int = 1
+    """The combinations of inputs with which it is taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +166,7 @@ class Steps:
         self._inputs = Values([lang.Field(each.name, each.type) for each in chart.inputs], names)
         self._image = image_of(chart)
         self._head = head(chart)
-        self._encoded: dict[tuple[int, ...], bytes] = {}
+        self._combined: dict[tuple[tuple[int, int], ...], list[tuple[int, bytes]]] = {}
         self._start = interpreter.initial(chart)
         self.events = [each for each in closed.possible if not each.spontaneous]
         self._numbers = {name: n for n, name in enumerate(FAULTS)}
@@ -267,8 +275,9 @@ class Steps:
             host = VariedHost(self)
             inputs = self._other_inputs(self._any_inputs())
             expected, results = self.perform(replace(timed, inputs=inputs), varied, host)
-            body = self._inputs.encode(inputs) + self._events(varied) + results
-            steps.append(replace(_step(varied, expected, _head(varied), body), is_explored=False))
+            one, rest = _combination(self._inputs.encode(inputs)), self._events(varied) + results
+            step = _step(varied, expected, _head(varied), one, rest)
+            steps.append(replace(step, is_explored=False))
         saved = self._saved(replace(timed, inputs=self._start.inputs))
         return Batch(sealed(saved), now, iter(steps))
 
@@ -331,15 +340,16 @@ class Steps:
             trace = self._observed(state) if action.kind == OBSERVE else b""
             trace += self._counters(0, 0, action)
             expected = Expected(trace, 0, self._saved(state), None)
-            yield _step(action, expected, head_, self._values(()))
+            one = _combination(self._inputs.encode(self._chosen(())))
+            yield _step(action, expected, head_, one, b"")
             return
         chooser = self.local.chooser(0)
         for _ in range(self.most_choices):
             self.interpreted += 1
             expected, results = self.perform(state, action, chooser)
             read = chooser.inputs_read if isinstance(chooser, ReadChooser) else {}
-            for inputs in self._combinations(read):
-                yield _step(action, expected, head_, self._values(inputs) + events + results)
+            for count_, inputs in self._combinations(read):
+                yield _step(action, expected, head_, inputs, events + results, count_)
             yield from self._repetitions(state, action, read)
             if not chooser.advance():
                 return
@@ -364,7 +374,7 @@ class Steps:
             return
         self._kinds.add(kind)
         results = tuple(results_of(done))
-        inputs = self._chosen(next(iter(self._combinations(read))))
+        inputs = self._chosen(next(self._rows(read)))
         for bound in (_Bound(0), _Bound(1)):
             yield from self._at_bound(bound, state, action, inputs, results)
         calls = any(
@@ -405,8 +415,8 @@ class Steps:
         host = CallingHost(self.chart, action.manner, sight, results, self.result)
         expected, given = self.perform(replace(state, inputs=tuple(inputs)), action, host)
         manner = self._manner(action.manner)
-        body = self._inputs.encode(inputs) + manner + self._events(action) + given
-        step = _step(action, expected, _head(action), body)
+        one, rest = _combination(self._inputs.encode(inputs)), self._events(action) + given
+        step = _step(action, expected, _head(action), one, manner + rest)
         return replace(step, is_explored=False, is_measured=action.manner is PLAIN)
 
     def _manners(self, *, calls: bool) -> Iterator[Manner]:
@@ -435,13 +445,6 @@ class Steps:
         count_ = bytes([len(action.events)]) if action.kind == POST else b""
         return count_ + b"".join(map(self.machine.event, action.events))
 
-    def _values(self, inputs: tuple[int, ...]) -> bytes:
-        """Return the encoded inputs for choices of the free ones."""
-        found = self._encoded.get(inputs)
-        if found is None:
-            found = self._encoded[inputs] = self._inputs.encode(self._chosen(inputs))
-        return found
-
     def _chosen(self, inputs: tuple[int, ...]) -> list[lang.Value]:
         """Return the values of all inputs for choices of the free ones."""
         values = list(self._start.inputs)
@@ -449,7 +452,33 @@ class Steps:
             values[free.input] = free.values[choice]
         return values
 
-    def _combinations(self, read: dict[int, int]) -> Iterator[tuple[int, ...]]:
+    def _combinations(self, read: dict[int, int]) -> list[tuple[int, bytes]]:
+        """Return the combinations of inputs for a step that reads some, by requests.
+
+        An item has the number of its combinations and their bytes (``driver.h``).
+        """
+        key = tuple(read.items())
+        found = self._combined.get(key)
+        if found is None:
+            if len(self._combined) >= MOST_KEPT:
+                self._combined.clear()
+            numbers = (
+                free.input
+                for place, free in enumerate(self.closed.free_inputs)
+                if place not in read
+            )
+            varying = 0
+            for number in numbers:
+                varying |= 1 << min(number, MOST_VARYING)
+            rows = [self._inputs.encode(self._chosen(row)) for row in self._rows(read)]
+            most = max(1, MOST_INPUT_BYTES // max(1, len(rows[0])))
+            parts = [rows[at : at + most] for at in range(0, len(rows), most)]
+            found = self._combined[key] = [
+                (len(part), _combination(*part, varying=varying)) for part in parts
+            ]
+        return found
+
+    def _rows(self, read: dict[int, int]) -> Iterator[tuple[int, ...]]:
         """Yield the choices of all inputs: those read are fixed, the others take all values.
 
         If there are many combinations, each value of each input occurs in one.
@@ -600,9 +629,16 @@ def _head(action: _Action) -> bytes:
     return struct.pack("<BIB", action.kind, action.now % WRAPS, action.manner.bits)
 
 
-def _step(action: _Action, expected: Expected, start: bytes, rest: bytes) -> Step:
-    body = start + rest
-    return Step(len(body).to_bytes(2, "little") + body, expected, action.name)
+def _combination(*inputs: bytes, varying: int = 0) -> bytes:
+    return struct.pack("<HI", len(inputs), varying) + b"".join(inputs)
+
+
+def _step(
+    action: _Action, expected: Expected, start: bytes, inputs: bytes, rest: bytes, count_: int = 1
+) -> Step:
+    body = start + inputs + rest
+    request = len(body).to_bytes(2, "little") + body
+    return Step(request, expected, action.name, count=count_)
 
 
 def _run(

@@ -13,6 +13,7 @@ from fsmkit.verify.certify import comparison
 from fsmkit.verify.certify.certify import options_of
 from fsmkit.verify.certify.comparison import Comparison, Request, exploration, packets, reasons
 from fsmkit.verify.certify.program import program_of
+from fsmkit.verify.certify.steps import MOST_UNREAD
 
 COUNTS = "; ".join(f"if i{number} {{ count += 1 }}" for number in range(24))
 HEAD = "chart: Many\ndata: {count: 0..1000 = 0}"
@@ -42,7 +43,7 @@ def compared(chart: Chart, request: Request) -> Comparison:
     """Return an exploration, as if each execution were equal."""
     found = exploration(chart, program_of(chart, None, options_of("")), request)
     for _, packet in packets(found, request, saved=100):
-        found.taken += sum(step.is_explored for step in packet.steps)
+        found.taken += sum(step.count for step in packet.steps if step.is_explored)
     return found
 
 
@@ -57,7 +58,7 @@ def chart(request: pytest.FixtureRequest, tmp_path: Path) -> Chart:
 def test_the_limit_holds_within_a_step_of_many_choices(chart: Chart, limit: int) -> None:
     request = Request(limit=limit)
     found = compared(chart, request)
-    assert found.taken == limit
+    assert limit <= found.taken < limit + MOST_UNREAD
     assert found.steps.interpreted <= limit + 4
     assert f"the limit of {limit:,} steps is reached" in reasons(found, request)[0]
 

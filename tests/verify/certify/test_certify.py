@@ -115,6 +115,41 @@ CALLS = {
 """Faults that a host sees only during calls or in counters: old and new code."""
 
 
+UNREAD = {
+    "read": "if (m->in.blocked) { m->fsm.unhandled += 2u; }",
+    "written": "m->in.blocked = false;",
+    "copied": "{ volatile bool seen = m->in.blocked; (void)seen; }",
+}
+"""Statements with an input that the chart does not read there; the last one is no fault."""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize(
+    "where", ["1", pytest.param("!defined CERTIFY_HOST", marks=pytest.mark.external)]
+)
+@pytest.mark.parametrize("fault", UNREAD)
+def test_the_binary_reads_an_input_that_the_chart_does_not_read(
+    fault: str, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command = ""
+    if where != "1":
+        command = COMPILERS["Cortex-M0"]
+        require(command)
+    count = "    fsm_count(&m->fsm.unhandled);\n"
+    program = program_of(chart_of(GATE), None, certifying.options_of(""))
+    plain = certified(GATE, command)
+    faulty = mutated(program, count, f"#if {where}\n{UNREAD[fault]}\n#endif\n{count}")
+    monkeypatch.setattr(certifying, "program_of", lambda *_: faulty)
+    document = certified(GATE, command)
+    assert document["steps"] == plain["steps"] or document["differences"]
+    if fault == "copied":
+        assert (document["result"], document["differences"]) == ("complete", [])
+        if command:  # each combination is executed
+            assert plain["emulated"] < document["emulated"]
+    else:
+        assert document["result"] == "different"
+
+
 @pytest.mark.cc
 @pytest.mark.parametrize("fault", CALLS)
 def test_a_fault_that_shows_during_calls_is_found(
