@@ -48,7 +48,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start counting if requested; the first process removes earlier counts."""
+    """Declare the marker; start counting if requested: the first process removes old counts."""
+    config.addinivalue_line("markers", "req(*ids): the requirements that the test verifies.")
     config.stash[_RECORDER] = None
     if not config.getoption("--fsmkit-cov"):
         return
@@ -57,6 +58,14 @@ def pytest_configure(config: pytest.Config) -> None:
     if not _is_worker(config) and not config.getoption("--fsmkit-cov-append"):
         erase(_folder(config))
     config.stash[_RECORDER] = Recorder()
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Give the requirements of a test to reports, such as that of ``--junitxml``."""
+    ids = [id_ for mark in item.iter_markers("req") for id_ in mark.args]
+    if isinstance(item, CaseItem):
+        ids += [text.value for text in item.case.req]
+    item.user_properties += [("req", str(id_)) for id_ in dict.fromkeys(ids)]
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:

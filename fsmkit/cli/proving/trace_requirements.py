@@ -26,6 +26,7 @@ from fsmkit.testing.coverage.record import ChartCoverage, Recorder
 from fsmkit.testing.reading import read_suite
 from fsmkit.testing.requirements.certificates import read_certificate
 from fsmkit.testing.requirements.items import Item, StatedProperty, items_of, properties_of
+from fsmkit.testing.requirements.junit import SUFFIX, read_results
 from fsmkit.testing.requirements.matrix import (
     CaseResult,
     Matrix,
@@ -71,7 +72,9 @@ STYLES = {Status.VERIFIED: "green", Status.FAILED: "bold red"}
     help="Trace only requirements with this value in a column; repeatable.",
 )
 @path_option(
-    "--tests", multiple=True, help="Run these test files, or those below a folder; repeatable."
+    "--tests",
+    multiple=True,
+    help="Run these test files, or those below a folder, or read this JUnit XML; repeatable.",
 )
 @path_option(
     "--checked",
@@ -216,13 +219,16 @@ def run_tests(
 ) -> TestRun:
     """Run all cases of test files on the interpreter, and count what they cover.
 
+    Files of results (``.xml``) are read: their tests ran before.
+
     ``charts`` are counted, too, if no case runs them.
     """
     recorder = Recorder()
     for chart in charts:
         recorder.add(chart)
-    cases = []
-    for path in suite_files(paths):
+    cases = [case for path in paths if path.suffix == SUFFIX for case in read_results(path)]
+    suites = [path for path in paths if path.suffix != SUFFIX]
+    for path in suite_files(suites) if suites else ():
         suite = read_suite(path, findings, strict=reading.strict)
         for machine in suite.system.machines:
             recorder.add(machine.chart)

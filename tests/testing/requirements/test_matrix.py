@@ -95,6 +95,31 @@ def test_the_matrix_has_items_properties_tests_and_coverage(
 
 
 @pytest.mark.usefixtures("gate")
+def test_results_of_other_tests_are_traced(capsys: pytest.CaptureFixture[str]) -> None:
+    cases = (("opens", "FUN-1", ""), ("stays", "FUN-2", "<failure/>"), ("odd", "GONE-8", ""))
+    written = "".join(
+        f'<testcase name="{name}"><properties><property name="req" value="{id_}"/></properties>'
+        f"{more}</testcase>"
+        for name, id_, more in cases
+    )
+    Path("results.xml").write_text(f"<testsuites>{written}</testsuites>")
+    code, found = traced(capsys, "--tests", "results.xml")
+    assert code == 1
+    tests = {
+        row["id"]: [(one["case"], one["passed"]) for one in row["tests"]] for row in rows(found)
+    }
+    assert (tests["FUN-1"], tests["FUN-2"]) == ([("opens", True)], [("stays", False)])
+    assert [one["id"] for one in found["unknown"]] == ["GONE-7", "GONE-8"]
+    code, found = traced(capsys, "--tests", "results.xml", "--tests", "gate.test.yaml")
+    assert [len(row["tests"]) for row in rows(found) if row["id"] == "FUN-1"] == [2]
+
+
+def rows(found: dict[str, Any]) -> list[dict[str, Any]]:
+    listed: list[dict[str, Any]] = found["requirements"]
+    return listed
+
+
+@pytest.mark.usefixtures("gate")
 def test_strict_reports_properties_without_a_requirement(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
