@@ -251,6 +251,7 @@ class _Machine:
         self.flags = [] if self._is_flat() else ["resume"]
         self.flags += ["quiet"] if self.flags and self.is_child_first else []
         self._find_leaving()
+        self._check_order()
         self.start, self.local_start = self._step_starts()
         active = self._active_state()
         fixed = {key: self._at(self.span, name) for key, name in self.fixed.items()}
@@ -735,7 +736,11 @@ class _Machine:
                        arc.span, "lead the transition to its target directly")  # fmt: skip
             return []
         last = self._chain(region)
-        reacts = path.last[1].kind == "State" and path.last[0].kind in STATES
+        around = [one for one in path.last[0].containers if one not in path.last]
+        reacts = path.last[0].kind in STATES and any(
+            isinstance(one, Vertex) and one.kind == "State" and one not in around
+            for one in path.last[1].containers
+        )
         own = region.own if reacts else last
         if last <= number:
             return []
@@ -775,13 +780,11 @@ class _Machine:
                 return _Path(rest.targets, (*actions, *rest.actions), (arc.source, target))
             case "State":
                 points = self.read[arc][0].entry_points
-                targets = self._entered(target, points[0] if points else "", arc, depth)
+                targets = self._entered(target, points[0] if points else "", depth)
                 return None if targets is None else _Path(targets, actions, (arc.source, target))
         return _Path((target,), actions, (arc.source, target))
 
-    def _entered(
-        self, state: Vertex, point: str, arc: Arc, depth: int
-    ) -> tuple[Vertex, ...] | None:
+    def _entered(self, state: Vertex, point: str, depth: int) -> tuple[Vertex, ...] | None:
         """Return the targets within a state that is entered through an entry point."""
         found: list[Vertex] = []
         for region in state.regions if point and point != "default" else ():
@@ -792,14 +795,7 @@ class _Machine:
                 found.append(entry)
             elif entry.out and (inner := self._path(entry.out[0], depth + 1)) is not None:
                 found += inner.targets
-        self._check_choices(state, arc)
         return tuple(found) or (state,)
-
-    def _check_choices(self, state: Vertex, arc: Arc) -> None:
-        for region in state.regions[:-1]:
-            entry = region.entry
-            if entry is not None and entry.out and entry.out[0].target.kind == "Choice":
-                self._reject(arc, "a choice is entered before other regions are")
 
     def _through_exit(self, arc: Arc, actions: tuple[str, ...], depth: int) -> _Path | None:
         owner, name = arc.target.region.owner, arc.target.name.strip() or "default"
@@ -858,6 +854,84 @@ class _Machine:
 
     def _reject(self, arc: Arc, message: str) -> None:
         reject(self.findings, message, arc.span, "lead the transition to a state directly")
+
+    # --- what charts do in another order ----------------------------------------------------------
+
+    def _check_order(self) -> None:
+        """Reject pseudo-states and events that a chart would handle in another order."""
+        for regions in (self.regions, *(vertex.regions for vertex in self.vertices)):
+            for region in regions[:-1]:
+                if self._chooses(region, set()):
+                    reject(self.findings, "a choice is entered before other regions are",
+                           region.span, "make the choice before the state is entered")  # fmt: skip
+        for vertex in self.vertices:
+            self._check_history(vertex)
+            for arc in vertex.out if vertex.kind != "Entry" else ():
+                self._check_entry(arc)
+        if not self.is_event_driven:
+            return
+        found: set[Vertex] = set()
+        for region in self.regions:
+            self._chooses(region, found)
+        reactions = [*self.declared.reactions, *(r for v in found for r in self.read[v])]
+        early = [one for one in reactions if "entry" in one.triggers]
+        choices = [v for v in found if v.kind in ("Entry", "Choice")]
+        early += [self.read[arc][0] for v in choices for arc in v.out]
+        if any(self._raises_local(one.actions) for one in early):
+            reject(self.findings, "a local event is raised while the machine is entered", self.span,
+                   "raise it in a transition")  # fmt: skip
+        everywhere = [*self.declared.reactions, *(r for v in self.vertices for r in self.read[v])]
+        leaving = [one for one in everywhere if "exit" in one.triggers]
+        if any(self._raises_local(one.actions) for one in leaving):
+            self.recorder.differ("a local event that an exit action raises is lost at `exit`; in "
+                                 "itemis CREATE it waits for the next `enter`", self.span,
+                                 self.findings)  # fmt: skip
+
+    def _raises_local(self, actions: tuple[str, ...]) -> bool:
+        return any(one.startswith("raise ") for one in actions)
+
+    def _chooses(self, region: Region, found: set[Vertex]) -> bool:
+        """Return whether default entry of a region meets a choice; add all that it enters."""
+        entries = [region.entry] if region.entry is not None else []
+        chooses = False
+        while entries:
+            vertex = entries.pop()
+            if vertex is None or vertex in found:
+                continue
+            found.add(vertex)
+            chooses = chooses or vertex.kind == "Choice"
+            if vertex.kind in ("Entry", "Choice"):
+                entries += [arc.target for arc in vertex.out]
+            around = [one for one in vertex.containers if isinstance(one, Vertex)]
+            entries += [one for one in around if region in one.containers]
+            for inner in vertex.regions:
+                chooses = self._chooses(inner, found) or chooses
+        return chooses
+
+    def _check_entry(self, arc: Arc) -> None:
+        """Reject a transition to a choice, or an entry with an action, before other regions."""
+        target, source = arc.target, arc.source.containers
+        if target.kind != "Choice" and not (target.kind == "Entry" and self._is_transient(target)):
+            return
+        for one in target.containers:
+            owner = one.owner if isinstance(one, Region) else None
+            if owner is not None and owner not in source and one is not owner.regions[-1]:
+                self._reject(arc, "a choice is entered before other regions are")
+
+    def _check_history(self, vertex: Vertex) -> None:
+        """Reject states that a history of itemis does not remember, but one of a chart does."""
+        regions = [one for one in vertex.containers if isinstance(one, Region)]
+        kinds = [{v.history for v in one.vertices if v.kind == "Entry"} for one in regions]
+        is_recorded = bool(kinds[0] & set(HISTORIES)) or any("DEEP_HISTORY" in k for k in kinds)
+        leaves = any(vertex.region not in arc.target.containers for arc in vertex.out)
+        if is_recorded and (vertex.kind == "FinalState" or (vertex.kind == "Choice" and leaves)):
+            what = "final state" if vertex.kind == "FinalState" else "choice that leads out"
+            reject(self.findings, f"a {what} in a region with history", vertex.span,
+                   "move it out of the region")  # fmt: skip
+        if vertex.history in HISTORIES and not vertex.out and (
+            vertex.region.entry is None or not vertex.region.entry.out):  # fmt: skip
+            reject(self.findings, "a history without default entry", vertex.span,
+                   "add a transition to a state")  # fmt: skip
 
     # --- exit actions in the order of regions -----------------------------------------------------
 

@@ -202,7 +202,17 @@ def one(text: str, *arcs: tuple[str, str]) -> str:
     return region("r", state("A", text, *arcs), state("B", ""))
 
 
+CHOOSING = region("s", vertex("Entry", "", "h", ("", "c")),
+                  vertex("Choice", "", "c", ("[b]", "C"), ("else", "D")),
+                  state("C", ""), state("D", ""))  # fmt: skip
 REJECTED = {
+    "a choice is entered before other regions are": (
+        DATA, region("r", state("A", "", inner=CHOOSING + region("t", state("E", ""))))),
+    "a final state in a region with history": (
+        DATA, region("r", vertex("Entry", "", "h", ("", "A"), more='kind="SHALLOW_HISTORY"'),
+                     state("A", "", ("e", "end")), vertex("FinalState", "", "end"))),
+    "a local event is raised while the machine is entered": (
+        EVENT + "internal:\nevent l\n", one("entry / raise l")),
     "a cast with `as` is not read": (DATA, one("entry / x = 2.5 as integer")),
     "`null` has no counterpart": (DATA, one("", ("[null == null]", "B"))),
     "the type `Colour` is not read": ("var c : Colour", one("")),
