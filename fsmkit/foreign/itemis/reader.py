@@ -891,7 +891,7 @@ class _Machine:
         return any(one.startswith("raise ") for one in actions)
 
     def _chooses(self, region: Region, found: set[Vertex]) -> bool:
-        """Return whether default entry of a region meets a choice; add all that it enters."""
+        """Return whether default entry of a region meets a choice; add its vertices to `found`."""
         entries = [region.entry] if region.entry is not None else []
         chooses = False
         while entries:
