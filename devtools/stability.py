@@ -37,7 +37,7 @@ MEAN, PART, FAR, TIMES = 1.0, 0.95, 6.0, 2.0
 """Limits: percent of the diagonal on average, and of this part of all; times a fresh layout."""
 CELL = Path(__file__).parents[1] / "machines" / "production_cell"
 NAMES = (
-    "feeder", "supervisor", "molder", "robot", "belt", "extraction_belt", "extractor", "rotator",
+    "feeder", "supervisor", "molder", "robot", "belt", "extraction_belt", "plant", "plant/lens",
     "sorter", "feeder_belt", "plant/arm", "plant/axis", "plant/pusher", "plant/belt",
 )  # fmt: skip
 EMPTY = "chart: Empty\nevents: {in: [go]}\nstates: {first: {}}\n"
@@ -126,13 +126,14 @@ BUILT = (
 
 def charts(folder: Path, count: int) -> Iterator[Path]:
     """Yield chart files that may be edited, in a new folder."""
-    cell = folder / "cell"
-    shutil.copytree(CELL, cell, ignore=shutil.ignore_patterns("__pycache__", "*.py", "live"))
     built: list[Path] = []
     for name, text in BUILT:
         built.append(folder / f"{name}.yaml")
         built[-1].write_text(text, encoding="utf-8")
-    named = [cell / f"{name}.yaml" for name in NAMES]
+    named = [folder / str(number) / f"{name}.yaml" for number, name in enumerate(NAMES)]
+    for number in range(len(NAMES)):  # an edit of a base would change the charts derived from it
+        ignored = shutil.ignore_patterns("__pycache__", "*.py", "live", "mutants")
+        shutil.copytree(CELL, folder / str(number), ignore=ignored)
     mixed = [path for pair in zip(named, built, strict=False) for path in pair]
     yield from [*mixed, *named[len(built) :]][:count]
 
