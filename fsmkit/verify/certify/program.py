@@ -202,6 +202,7 @@ def _look(out: Emitter, names: Names) -> None:
     """Print the function that puts into the trace what the host sees of the machine."""
     p, chart = names.prefix, names.chart
     leaves = "(uint16_t)(sizeof fsm_seen / sizeof fsm_seen[0])"
+    room = f"room == 2u ? {leaves} : room"
     out.text(f"""
 
     static void fsm_look(void)
@@ -209,10 +210,13 @@ def _look(out: Emitter, names: Names) -> None:
         uint16_t count;
         (void)count;
     #ifndef CERTIFY_WITHOUT_ACTIVE
-        CERTIFY_LOOK(count = {p}_active(&fsm_machine, fsm_seen, {leaves}));
-        certify_put16(count);
-        for (uint16_t i = 0u; i < count; i++) {{
-            certify_put16((uint16_t)fsm_seen[i]);
+        for (uint16_t room = 0u; room < 3u; room++) {{
+            fsm_clear(fsm_seen, sizeof fsm_seen);
+            CERTIFY_LOOK(count = {p}_active(&fsm_machine, fsm_seen, {room}));
+            certify_put16(count);
+            for (uint16_t i = 0u; i < count; i++) {{
+                certify_put16((uint16_t)fsm_seen[i]);
+            }}
         }}
     #endif
     #ifndef CERTIFY_WITHOUT_IN
@@ -267,10 +271,7 @@ def _call_back(out: Emitter, names: Names) -> None:
             )
             if does.runs:
                 _unless_absent(out, "run", f"{p}_run(&fsm_machine, ~fsm_now);")
-            steps = ["step_timer"]
-            steps += ["step_event"] if does.queued else []
-            steps += ["step_eventless"] if does.polls else []
-            for name in steps:
+            for name in single_steps(names):
                 call = f"certify_put8((uint8_t){p}_{name}(&fsm_machine));"
                 _unless_absent(out, name, call)
         if does.queued:
@@ -298,6 +299,12 @@ def _post(out: Emitter, names: Names) -> None:
         out.line("break;")
 
 
+def single_steps(names: Names) -> tuple[str, ...]:
+    """Return the single steps of `run` that a machine has functions for."""
+    has = {"step_eventless": names.does.polls, "step_event": names.does.queued, "step_timer": True}
+    return tuple(name for name, is_there in has.items() if is_there)
+
+
 def seen_data(names: Names) -> tuple[lang.Field, ...]:
     """Return the data and outputs that a look at the machine puts into the trace."""
     declared = (*names.chart.data, *names.chart.outputs)
@@ -308,7 +315,7 @@ def seen_data(names: Names) -> tuple[lang.Field, ...]:
 def looks(names: Names) -> int:
     """Return how often the host looks at the machine in one step, so that the trace has room."""
     states = len(names.chart.states)
-    return MOST_SEEN // (2 * states + states // 8 + 16 + _data_size(seen_data(names)))
+    return MOST_SEEN // (6 * states + states // 8 + 16 + _data_size(seen_data(names)))
 
 
 def _data_size(fields: tuple[lang.Field, ...]) -> int:
@@ -413,6 +420,14 @@ def _perform(out: Emitter, names: Names) -> None:
                 CERTIFY({p}_run(&fsm_machine, now));
                 break;
             #endif
+        """)
+    for step in single_steps(names):
+        out.text(f"""
+        #ifndef CERTIFY_WITHOUT_{step.upper()}
+        case CERTIFY_{step.upper()}:
+            CERTIFY(found = {p}_{step}(&fsm_machine));
+            break;
+        #endif
         """)
     out.text(f"""
     #ifndef CERTIFY_WITHOUT_REBASE

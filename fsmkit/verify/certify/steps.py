@@ -24,7 +24,12 @@ from fsmkit.codegen.c.names import Names
 from fsmkit.plan.image import FAULTS, head, image_of, sealed
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.run import next_deadline
+from fsmkit.runtime.interpreter.run import (
+    next_deadline,
+    step_event,
+    step_eventless,
+    step_timer,
+)
 from fsmkit.runtime.snapshot_bytes import pack_machine
 from fsmkit.system.partition import field_of
 from fsmkit.verify.certify.calls import (
@@ -43,14 +48,14 @@ from fsmkit.verify.certify.calls import (
     results_of,
 )
 from fsmkit.verify.certify.encoding import Machine, Values
-from fsmkit.verify.certify.program import ALMOST_FULL, counts, looks, seen_data
+from fsmkit.verify.certify.program import ALMOST_FULL, counts, looks, seen_data, single_steps
 from fsmkit.verify.statespace.actions import Chooser, ReadChooser
 from fsmkit.verify.statespace.closed_system import ClosedSystem
 from fsmkit.verify.statespace.coverage import Coverage
 from fsmkit.verify.statespace.local_steps import LocalSteps
 from fsmkit.verify.statespace.sessions import timers_within, waiting_count
 
-START, DISPATCH, POST, RUN, OBSERVE, REBASE = range(6)
+START, DISPATCH, POST, RUN, OBSERVE, REBASE, STEP_EVENTLESS, STEP_EVENT, STEP_TIMER = range(9)
 """The actions of ``driver.h``."""
 NOW = 5_000_000
 """The time of the states that steps start from, in ticks."""
@@ -100,7 +105,7 @@ class Step:
     is_explored: bool = True
     """False for a repetition with other values: its state counts as that of the first."""
     is_measured: bool = True
-    """False if the host acts during calls: what that costs is not the machine's."""
+    """False if the host acts during calls, whose costs are its own, or for steps of tools."""
     count: int = 1
     """The combinations of inputs with which it is taken."""
 
@@ -174,8 +179,11 @@ class Steps:
         self._queued = names.does.queued
         seen = seen_data(names)
         self._data = Values(seen, names) if seen else None
+        self._single = [each for each in single_steps(names) if each not in self.absent]
         self._nested = self._excluded()
         self._looks = looks(names)
+        self._configurations: set[frozenset[int]] = set()
+        """The configurations from which single steps were taken."""
         self._kinds: set[Hashable] = set()
         """The kinds of steps that were repeated."""
 
@@ -189,6 +197,9 @@ class Steps:
         timed = self.timed(state, FAR)
         actions = [*self._actions(state, timed.now), *self._later(timed)]
         yield self._batch(timed, actions)
+        if state.configuration not in self._configurations:
+            self._configurations.add(state.configuration)
+            yield self._single_batch(timed)
         if armed:
             near = self.timed(state, NEAR)
             yield self._batch(near, [*self._actions(state, near.now), *self._later(near)])
@@ -214,8 +225,6 @@ class Steps:
         if "rebase" not in self.absent:
             yield _Action(REBASE, "rebase", now)
         yield _Action(START, "start", now)
-        if not state.configuration:
-            return
         if self._runs:
             yield _Action(RUN, "run", now)
         if waiting_count(self.chart, state):
@@ -241,6 +250,20 @@ class Steps:
     def _batch(self, state: snap.Snapshot, actions: Sequence[_Action]) -> Batch:
         steps = (step for action in actions for step in self.steps(state, action))
         return Batch(sealed(self._saved(state)), state.now, steps)
+
+    def _single_batch(self, state: snap.Snapshot) -> Batch:
+        """Take the single steps of `run` from a state, with events in its queue if it can."""
+        before = state
+        for event in self.events[-2:] if self._posts else ():
+            occurrence = snap.Occurrence(event.event, event.payload)
+            before = interpreter.post(self.chart, before, occurrence) or before
+        steps = (
+            replace(step, is_explored=False, is_measured=False)
+            for number, name in enumerate(("step_eventless", "step_event", "step_timer"))
+            if name in self._single
+            for step in self.steps(before, _Action(STEP_EVENTLESS + number, name, before.now))
+        )
+        return Batch(sealed(self._saved(before)), before.now, steps)
 
     def _saved(self, state: snap.Snapshot) -> bytes:
         """Return a saved machine without its checksum."""
@@ -341,7 +364,8 @@ class Steps:
             trace += self._counters(0, 0, action)
             expected = Expected(trace, 0, self._saved(state), None)
             one = _combination(self._inputs.encode(self._chosen(())))
-            yield _step(action, expected, head_, one, b"")
+            step = _step(action, expected, head_, one, b"")
+            yield replace(step, is_measured=action.kind == OBSERVE)
             return
         chooser = self.local.chooser(0)
         for _ in range(self.most_choices):
@@ -358,7 +382,9 @@ class Steps:
     def _repetitions(
         self, state: snap.Snapshot, action: _Action, read: dict[int, int]
     ) -> Iterator[Step]:
-        """Repeat the latest step, unless one of its kind was: with other values, hosts that act.
+        """Repeat the latest step, unless one of its kind was repeated.
+
+        It is taken later, with other values, and with hosts that act.
 
         Steps are of one kind if they have the same action, transitions, exits and entries.
         """
@@ -375,6 +401,7 @@ class Steps:
         self._kinds.add(kind)
         results = tuple(results_of(done))
         inputs = self._chosen(next(self._rows(read)))
+        yield self._repeated(state, replace(action, now=action.now + 1), inputs, results)
         for bound in (_Bound(0), _Bound(1)):
             yield from self._at_bound(bound, state, action, inputs, results)
         calls = any(
@@ -426,7 +453,7 @@ class Steps:
             return
         one, other, third = self._random.choices(self.events, k=3)
         yield Manner(FULL | LOOKING | NESTING, snap.Occurrence(one.event, one.payload))
-        if self._posts:
+        if self._posts and not self.chart.invocations:
             most = self.chart.capacities.queue + 2
             yield Manner(
                 LOOKING | POSTING, snap.Occurrence(other.event, other.payload), 1, min(most, 255)
@@ -523,6 +550,10 @@ class Steps:
                     if posted is not None:
                         snapshot, returned = posted, returned | 1 << number
                 done, after = _run(chart, snapshot, action.now, chooser)
+            case 6 | 7 | 8:
+                done = self._single_step(action.kind, snapshot, chooser)
+                after = done[-1].after if done else snapshot
+                returned = int(any(map(_has_acted, done)) if action.kind == 6 else bool(done))
             case _:  # RUN
                 done, after = _run(chart, snapshot, action.now, chooser)
         for macrostep in done:
@@ -542,6 +573,21 @@ class Steps:
         ):  # the C knows no kinds of them
             settled = replace(settled, fault="error.execution")
         return Expected(trace + reply + counters, returned, saved, settled), results
+
+    def _single_step(
+        self, kind: int, state: snap.Snapshot, host: snap.Host
+    ) -> tuple[snap.Macrostep, ...]:
+        """Return the macrostep of a single step; none if it has no effect."""
+        if not state.running:
+            return ()
+        if kind == STEP_EVENTLESS:
+            samples = index_of(self.chart).samples_inputs
+            done = step_eventless(self.chart, state, host) if samples else None
+        elif kind == STEP_EVENT:
+            done = step_event(self.chart, state, host)
+        else:
+            done = step_timer(self.chart, state, host)
+        return () if done is None else (done,)
 
     def _counters(self, unhandled: int, rejected: int, action: _Action) -> bytes:
         """Return the counters after a step, empty if they are not compared."""
@@ -571,8 +617,9 @@ class Steps:
         due = next_deadline(state) if has_deadline else None
         left = 0 if due is None else (due - now) % WRAPS
         deadline = struct.pack("<BI", due is not None, left) if has_deadline else b""
+        rooms = [leaves[:room] + [0] * len(leaves[room:]) for room in (0, 1, len(leaves))]
         parts = {
-            "active": struct.pack(f"<H{len(leaves)}H", len(leaves), *leaves),
+            "active": b"".join(packed([len(leaves), *seen]) for seen in rooms),
             "in": within.to_bytes(len(states) + 7 >> 3, "little"),
             "finished": bytes([state.finished]),
             "fault": bytes([fault]),
@@ -586,10 +633,8 @@ class Steps:
 
     def _excluded(self) -> bytes:
         """Return the results of the functions that a step excludes, as the driver calls them."""
-        does = self.names.does
         found = bytes([BUSY]) if "dispatch" not in self.absent else b""
-        steps = {"step_timer": True, "step_event": does.queued, "step_eventless": does.polls}
-        return found + bytes(sum(has for name, has in steps.items() if name not in self.absent))
+        return found + bytes(len(self._single))
 
 
 STOPPED = 3
@@ -623,6 +668,11 @@ class _Bound:
         """Return any value."""
         del last
         return first
+
+
+def _has_acted(done: snap.Macrostep) -> bool:
+    """Return whether a step without an event took a transition or an internal event."""
+    return any(small.transitions or small.event is not None for small in done.microsteps)
 
 
 def _head(action: _Action) -> bytes:
