@@ -29,7 +29,9 @@ from fsmkit.verify.certify.host import Answers, HostMachine, build_host, link_ho
 from fsmkit.verify.certify.program import program_of
 from fsmkit.verify.certify.target import build, probed
 
-SECONDS = 60
+INSTRUCTIONS = 100_000
+"""The instructions after which a step of a faulty binary does not return."""
+SECONDS = 2
 """The processor time after which a faulty machine does not return."""
 
 
@@ -99,6 +101,8 @@ class Subject:
                 assert not wrong  # noqa: S101
                 self.recorded.append(Recorded(packet, requests, answers))
                 found.taken += sum(step.is_explored for step in packet.steps)
+        if self.executions.emulator is not None:
+            self.executions.emulator.limit_steps(INSTRUCTIONS)
         self.is_complete = not found.stopped
         self.steps = sum(len(each.packet.steps) for each in self.recorded)
         self._objects: dict[str, bytes] = {}

@@ -360,6 +360,10 @@ class Emulator:
         flush = self._number("UC_CTL_TB_FLUSH") | 1 << 30  # UC_CTL_WRITE
         self._call("uc_ctl", self._uc, flush)
 
+    def limit_steps(self, instructions: int) -> None:
+        """Set the number of instructions of a step before it counts as endless."""
+        self._probe.limit = instructions
+
     def observe(self, function: Any) -> None:
         """Call a function for each instruction outside of the driver; None: no longer."""
         if function is None:

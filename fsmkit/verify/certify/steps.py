@@ -377,7 +377,8 @@ class Steps:
             yield from self._repetitions(state, action, read)
             if not chooser.advance():
                 return
-        self.truncated.add(action.name)
+        if action.kind < OBSERVE:  # single steps are a sample
+            self.truncated.add(action.name)
 
     def _repetitions(
         self, state: snap.Snapshot, action: _Action, read: dict[int, int]
