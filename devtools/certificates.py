@@ -19,7 +19,7 @@ import click
 
 from devtools.differential import LIMITS, random_case
 from devtools.seeded_faults.binary import binary_faults
-from devtools.seeded_faults.patches import patched
+from devtools.seeded_faults.patches import all_patches, patched
 from devtools.seeded_faults.statements import statement_faults
 from devtools.seeded_faults.subject import Subject, listed
 from fsmkit.diagnostics import Findings, FsmkitError
@@ -133,7 +133,8 @@ def patches(files: tuple[Path, ...], count: int, limit: int, seed: int, *, has_a
         subjects = [
             _subject(file, folder / str(number), "", limit) for number, file in enumerate(files)
         ]
-        totals = patched(subjects, count, Random(seed), folder)  # noqa: S311
+        every = all_patches([each.chart for each in subjects], Random(seed))  # noqa: S311
+        totals = patched(subjects, count, every, folder)
         click.echo("\n".join(listed("the generator", totals, has_all=has_all)))
 
 

@@ -14,7 +14,8 @@ import multiprocessing
 import re
 import shutil
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from random import Random
@@ -50,8 +51,8 @@ class Patch(NamedTuple):
     line: int
     kind: str
     before: str
-    text: str
-    """All of the changed file."""
+    text: Callable[[], str]
+    """Returns all of the changed file."""
 
     @property
     def fault(self) -> Fault:
@@ -73,10 +74,15 @@ def python_patches(file: str, text: str, lines: Collection[int]) -> Iterator[Pat
         if line not in lines:
             continue
         for kind, change in _changes(node):
-            changed = copy.deepcopy(tree)
-            other = next(each for number, each in enumerate(ast.walk(changed)) if number == place)
-            change(other)
-            yield Patch(file, line, kind, source[line - 1].strip(), ast.unparse(changed))
+            text = partial(_changed, tree, place, change)
+            yield Patch(file, line, kind, source[line - 1].strip(), text)
+
+
+def _changed(tree: ast.Module, place: int, change: Change) -> str:
+    """Return a module with a change of the node at a place in the order of `ast.walk`."""
+    found = copy.deepcopy(tree)
+    change(next(each for number, each in enumerate(ast.walk(found)) if number == place))
+    return ast.unparse(found)
 
 
 def _changes(node: ast.AST) -> Iterator[tuple[str, Change]]:
@@ -113,7 +119,8 @@ def piece_patches(file: str, text: str) -> Iterator[Patch]:
     source = text.splitlines()
     for number, kind, changed in statement_changes(text):
         lines = [*source[:number], changed, *source[number + 1 :]]
-        yield Patch(file, number + 1, kind, source[number].strip(), "\n".join(lines) + "\n")
+        changed_text = partial("{}\n".format, "\n".join(lines))
+        yield Patch(file, number + 1, kind, source[number].strip(), changed_text)
 
 
 # --- generators in processes of their own ------------------------------------------------------
@@ -222,18 +229,20 @@ def without_comments(text: str) -> str:
     return "\n".join(line.rstrip() for line in bare.splitlines() if line.strip())
 
 
-def patched(subjects: Sequence[Subject], number: int, random: Random, folder: Path) -> Totals:
+def patched(
+    subjects: Sequence[Subject], number: int, patches: Iterable[Patch], folder: Path
+) -> Totals:
     """Apply patches to the generator, one at a time, until so many generate other code."""
     charts = [subject.chart for subject in subjects]
     overlay = folder / "overlay"
     shutil.copytree(ORIGINAL, overlay / "c")
     covered = [subject.executed_lines() for subject in subjects]
     totals, done = Totals(), 0
-    for patch in all_patches(charts, random):
+    for patch in patches:
         if done == number:
             break
         path = overlay / "c" / patch.file
-        path.write_text(patch.text, encoding="utf-8")
+        path.write_text(patch.text(), encoding="utf-8")
         generated = generate(overlay, charts)
         shutil.copy2(ORIGINAL / patch.file, path)
         if generated is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import re
 import shlex
+import shutil
 import struct
 import subprocess
 from collections import defaultdict
@@ -146,6 +147,8 @@ class Subject:
     def executed_lines(self) -> Mapping[str, set[int]]:
         """Return the lines of each source that the recorded steps execute, from 0 on."""
         folder = self.folder / "covered"
+        if folder.exists():
+            shutil.rmtree(folder)
         folder.mkdir()
         compiler = folder / "compiler"  # linking, too, needs the flag
         compiler.write_text(f'#!/bin/sh\nexec {shlex.join(self.compiler[:-1])} --coverage "$@"\n')
