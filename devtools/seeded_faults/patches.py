@@ -74,8 +74,8 @@ def python_patches(file: str, text: str, lines: Collection[int]) -> Iterator[Pat
         if line not in lines:
             continue
         for kind, change in _changes(node):
-            text = partial(_changed, tree, place, change)
-            yield Patch(file, line, kind, source[line - 1].strip(), text)
+            changed = partial(_changed, tree, place, change)
+            yield Patch(file, line, kind, source[line - 1].strip(), changed)
 
 
 def _changed(tree: ast.Module, place: int, change: Change) -> str:
