@@ -21,9 +21,10 @@ uint8_t certify_leave(void)
     return active;
 }
 
-void certify_enter(uint8_t active)
+uint32_t certify_enter(uint8_t active)
 {
     certify_active = active;
+    return 0x5A5A5A5Au;
 }
 
 uint8_t certify_take8(void)

@@ -41,7 +41,8 @@ extern volatile uint8_t certify_active;
  * Only a hook of the emulator knows. */
 extern volatile uint8_t certify_reads;
 extern uint8_t certify_leave(void); /* for functions of the host: nothing counts until `certify_enter` */
-extern void certify_enter(uint8_t active);
+/* Its result stays in the register of results: a machine must not take it for one of its own. */
+extern uint32_t certify_enter(uint8_t active);
 
 /* Like `CERTIFY`, but nothing counts while the machine waits for its host. */
 #define CERTIFY_LOOK(call)                                                                         \
