@@ -19,7 +19,7 @@ from fsmkit.verify.report.verdict import ENDS, Report
 from fsmkit.verify.resources.time import Time
 from fsmkit.verify.statespace.actions import FAULT, FULL
 from fsmkit.verify.statespace.closed_system import UNLIMITED
-from fsmkit.verify.statespace.exploration import End, first_mark
+from fsmkit.verify.statespace.exploration import End
 
 MARKER = "/* Bounds and figures. */"
 
@@ -120,7 +120,7 @@ def _require_whole(report: Report) -> None:
     elif closed.samples:
         why = f"only samples of {', '.join(closed.samples)} were tried"
     for number, machine in enumerate(closed.system.machines):
-        first = first_mark(closed, number)
+        first = closed.first_marks[number]
         if found.mark(first + FULL) is not None:
             why = why or f"a queue of `{machine.name}` can overflow"
         if found.mark(first + FAULT) is not None:

@@ -140,12 +140,6 @@ class Property:
 # --- what an exploration marks --------------------------------------------------------------------
 
 
-def observed_events(properties: tuple[Property, ...]) -> tuple[tuple[int, int], ...]:
-    """Return the events, by machine and number, whose occurrence a property depends on."""
-    atoms = (atom for property_ in properties for _, atom in property_.atoms)
-    return tuple(sorted({(a.machine, a.event) for a in atoms if a.event is not None}))
-
-
 def evaluated(properties: tuple[Property, ...]) -> tuple[Property, ...]:
     """Return the conditions to mark, in the order of the marks: properties, then goals."""
     goals = (

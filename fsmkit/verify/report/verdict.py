@@ -33,7 +33,6 @@ from fsmkit.verify.statespace.exploration import (
     End,
     Exploration,
     Mark,
-    first_mark,
 )
 from fsmkit.verify.statespace.storage import NEEDS_EXACT, omission_probability
 
@@ -275,7 +274,7 @@ class _Verdicts:
         number = property_.atoms[0][1].machine if property_.atoms else 0
         if not self.closed.system.machines[number].is_monitor:
             return ""
-        first = first_mark(self.closed, number)
+        first = self.closed.first_marks[number]
         if self.exploration.mark(first + FULL) is not None:
             return "its queue can overflow: it does not see everything"
         if self.exploration.mark(first + FAULT) is not None:
@@ -365,7 +364,7 @@ class _Verdicts:
         if Builtin.LIVELOCK not in asked:
             yield self._builtin_finding(self._livelock("livelock", None, None), "livelock")
         for machine, instance in enumerate(self.closed.system.machines):
-            first = first_mark(self.closed, machine)
+            first = self.closed.first_marks[machine]
             yield from self._bad(
                 first + FAULT, "reachable-fault", f"`{instance.name}` can stop with a fault",
                 f"{instance.name}.fault", instance.span,
@@ -439,7 +438,7 @@ class _Verdicts:
         for machine, instance in enumerate(self.closed.system.machines):
             if self.exploration.end is End.COMPLETE and not self._uncertainty:
                 self._report_dead_parts(machine)
-            first = first_mark(self.closed, machine) + UNHANDLED
+            first = self.closed.first_marks[machine] + UNHANDLED
             lost = [
                 event.name
                 for event in instance.chart.events
@@ -486,7 +485,7 @@ class _Verdicts:
 def overflowing(closed: ClosedSystem, found: Exploration) -> tuple[int, ...]:
     """Return the machines that lost an event because their queue was full."""
     numbers = range(len(closed.system.machines))
-    return tuple(n for n in numbers if found.mark(first_mark(closed, n) + FULL) is not None)
+    return tuple(n for n in numbers if found.mark(closed.first_marks[n] + FULL) is not None)
 
 
 def never_entered(closed: ClosedSystem, found: Exploration, machine: int) -> Iterator[State]:

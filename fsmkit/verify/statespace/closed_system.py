@@ -77,6 +77,7 @@ from fsmkit.system.properties.property import evaluated
 from fsmkit.system.schedule import machines_by_turn, time_unit, with_scheduler
 from fsmkit.system.starts import with_any_starts
 from fsmkit.system.system import System
+from fsmkit.verify.statespace.actions import UNHANDLED
 from fsmkit.verify.statespace.dead_variables import ResettableVariable, resettable_variables
 from fsmkit.verify.statespace.sessions import require_alone, require_explorable
 
@@ -147,6 +148,26 @@ class ClosedSystem:
         Empty without a cyclic schedule.
         """
         return machines_by_turn(self.system)
+
+    @cached_property
+    def observed_events(self) -> tuple[tuple[int, int], ...]:
+        """The events, by machine and number, whose occurrence a property depends on."""
+        atoms = (atom for property_ in self.system.properties for _, atom in property_.atoms)
+        return tuple(sorted({(a.machine, a.event) for a in atoms if a.event is not None}))
+
+    @cached_property
+    def first_marks(self) -> tuple[int, ...]:
+        """For each machine its first mark: queue full, fault, each unhandled event.
+
+        For a suite of tests, then each taken transition and each entered state. The marks of the
+        properties are before all of them, and mark 0 is a deadlock.
+        """
+        marks = [1 + len(evaluated(self.system.properties))]
+        for chart in self.charts:
+            covered = len(chart.transitions) + len(chart.states) if chart.transitions else 0
+            own = UNHANDLED + 2 * len(chart.events) + (covered if self.covers else 0)
+            marks.append(marks[-1] + own)
+        return tuple(marks[:-1])
 
     @property
     def is_ordered(self) -> bool:

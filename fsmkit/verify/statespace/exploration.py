@@ -1,17 +1,16 @@
 """The result of an exploration, common to both engines.
 
 Marks are numbered facts: 0 a deadlock, then the properties, then those of each machine (see
-`first_mark`).
+`ClosedSystem.first_marks`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
-from fsmkit.system.properties.property import evaluated
-from fsmkit.verify.statespace.actions import UNHANDLED, Step
-from fsmkit.verify.statespace.closed_system import ClosedSystem
+from fsmkit.verify.statespace.actions import Step
 from fsmkit.verify.statespace.ranks import Traffic
 from fsmkit.verify.statespace.spread import UNKNOWN, Spread
 from fsmkit.verify.statespace.storage import LossyTable
@@ -93,7 +92,7 @@ IDLE = (Figures(0, 0, 0, 0, frozenset(), frozenset()),)
 """A machine that was not explored."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Exploration:
     """The result of a search.
 
@@ -139,7 +138,11 @@ class Exploration:
 
     def mark(self, number: int) -> Mark | None:
         """Return the result for a mark."""
-        return next((mark for mark in self.marks if mark.number == number), None)
+        return self._by_number.get(number)
+
+    @cached_property
+    def _by_number(self) -> dict[int, Mark]:
+        return {mark.number: mark for mark in self.marks}
 
 
 def unexplored(engine: str, why: str, machines: int) -> Exploration:
@@ -160,19 +163,6 @@ def unexplored(engine: str, why: str, machines: int) -> Exploration:
         traps=(),
         machines=IDLE * machines,
     )
-
-
-def first_mark(closed: ClosedSystem, machine: int) -> int:
-    """Return the first mark of a machine: queue full, fault, each unhandled event.
-
-    For a suite of tests, then each taken transition and each entered state.
-    """
-    charts = closed.charts[:machine]
-    properties = len(evaluated(closed.system.properties))
-    marks = sum(UNHANDLED + 2 * len(chart.events) for chart in charts)
-    if closed.covers:
-        marks += sum(len(c.transitions) + len(c.states) for c in charts if c.transitions)
-    return 1 + properties + marks
 
 
 Trail = tuple[tuple[Step, ...], ...]

@@ -14,7 +14,6 @@ from fsmkit.system.freezes import Hold
 from fsmkit.system.shared import written_value
 from fsmkit.verify.statespace.actions import FULL, Action, Message, Mover, Outcome, Step, View
 from fsmkit.verify.statespace.closed_system import ClosedSystem
-from fsmkit.verify.statespace.exploration import first_mark
 from fsmkit.verify.statespace.local_steps import LocalSteps
 
 State = tuple[int, ...]
@@ -55,7 +54,7 @@ class GlobalSteps:
         self._count = len(closed.charts)
         self.local_states: list[list[LocalState]] = [[] for _ in closed.charts]
         self._numbers: list[dict[Snapshot, int]] = [{} for _ in closed.charts]
-        self._first_marks = [first_mark(closed, m) for m in range(self._count)]
+        self._first_marks = [closed.first_marks[m] for m in range(self._count)]
         self._environment = [m.environment for m in closed.system.machines]
         self._monitors = [m.is_monitor for m in closed.system.machines]
 

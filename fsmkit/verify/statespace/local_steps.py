@@ -25,7 +25,6 @@ from fsmkit.runtime.interpreter.run import (
 )
 from fsmkit.system.machine import OBSERVED, EventLink, InputLink, Machine, Possible
 from fsmkit.system.properties.kinds.monitor import sampling_event
-from fsmkit.system.properties.property import observed_events
 from fsmkit.system.shared import has_data_trigger, kept_at_start, resting_states, written_value
 from fsmkit.verify.statespace.actions import (
     FAULT,
@@ -76,7 +75,7 @@ class LocalSteps:
         self._samples_inputs = tuple(map(has_data_trigger, self.machines, self.charts))
         self._ports = tuple(map(_ports, self.machines))
         self._asked: tuple[set[int], ...] = tuple(set() for _ in self.charts)
-        for asking, event in observed_events(closed.system.properties):
+        for asking, event in closed.observed_events:
             self._asked[asking].add(event)
         self._wires: dict[int, list[InputLink]] = {}
         for wire in closed.system.input_links:

@@ -22,7 +22,7 @@ from fsmkit.verify.report.counterexample import Counterexample, TraceStep, write
 from fsmkit.verify.report.verdict import Report
 from fsmkit.verify.statespace.actions import state_note, transition_note
 from fsmkit.verify.statespace.closed_system import ClosedSystem
-from fsmkit.verify.statespace.exploration import End, Exploration, Figures, Trail, first_mark
+from fsmkit.verify.statespace.exploration import End, Exploration, Figures, Trail
 
 
 @dataclass(frozen=True, order=True, slots=True)
@@ -128,7 +128,7 @@ def _paths(
 
 def _mark(closed: ClosedSystem, item: Item) -> int:
     note = state_note if item.is_state else transition_note
-    return first_mark(closed, item.machine) + note(closed.charts[item.machine], item.number)
+    return closed.first_marks[item.machine] + note(closed.charts[item.machine], item.number)
 
 
 def _marks(closed: ClosedSystem, steps: Sequence[TraceStep]) -> Iterator[Item]:

@@ -23,7 +23,6 @@ from fsmkit.emit import Emitter, plain, printing, snake
 from fsmkit.emit.c import comment, quoted
 from fsmkit.system.machine import OBSERVED
 from fsmkit.system.properties.kinds.monitor import sampling_event
-from fsmkit.system.properties.property import observed_events
 from fsmkit.system.shared import has_data_trigger, resting_states, type_of_slot
 from fsmkit.verify.engines.c.shapes import Shape
 from fsmkit.verify.statespace.closed_system import ClosedSystem, is_watchdog
@@ -326,7 +325,7 @@ class _Binding:
         p, number = self._built.prefix, self._built.number
         own = 0 if machine.is_monitor else len(machine.chart.events)
         noted = [int(n < own and bool(event.directions)) for n, event in enumerate(chart.events)]
-        asked = observed_events(closed.system.properties)
+        asked = closed.observed_events
         look = sampling_event(chart)
         is_interval = any(t.least is not None for t in chart.transitions)
         slack = [0 if t.least is None else t.delay - t.least for t in chart.transitions]

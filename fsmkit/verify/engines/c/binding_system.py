@@ -11,7 +11,7 @@ from fsmkit.language import InState
 from fsmkit.language import Variable as Named
 from fsmkit.language.walk import nodes
 from fsmkit.system.properties.condition import Atom
-from fsmkit.system.properties.property import Property, evaluated, observed_events
+from fsmkit.system.properties.property import Property, evaluated
 from fsmkit.verify.engines.c.binding import MOST_VALUES, BoundMachine, payload_of
 from fsmkit.verify.engines.c.condition_functions import Helpers
 from fsmkit.verify.engines.c.conditions import ConditionPrinter
@@ -87,7 +87,7 @@ def _within_bounds(values: int) -> None:
 
 
 def _evaluate(out: Emitter, closed: ClosedSystem, built: Sequence[BoundMachine]) -> None:
-    events = observed_events(closed.system.properties)
+    events = closed.observed_events
     all_evaluated = _with_parts(closed)
     for number, property_ in enumerate(all_evaluated):
         if property_.condition is not None:
@@ -309,7 +309,7 @@ def _table(out: Emitter, closed: ClosedSystem) -> None:
             [".evaluate = evaluate,", ".evaluate_step = evaluate_step,", ".observed = observed,"]
         )
         out.lines([".reads = reads,", ".parts = parts,"])
-        out.line(f".observed_count = {len(observed_events(system.properties))}u,")
+        out.line(f".observed_count = {len(closed.observed_events)}u,")
         out.lines([".seen_sizes = seen_sizes,", ".see = see,"])
         if system.schedule is not None:
             out.lines([".ordered = ordered,", ".turn = turn,"])

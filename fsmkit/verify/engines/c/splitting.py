@@ -8,11 +8,12 @@ not count.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import fsmkit.language as lang
 from fsmkit.language.walk import nodes
+from fsmkit.system.properties.condition import Atom
 from fsmkit.system.properties.property import Property
 
 NEVER_FAIL = (lang.Binary, lang.InState, lang.Literal, lang.Unary, lang.Variable)
@@ -28,7 +29,8 @@ def parts_of(property_: Property) -> tuple[Property, ...]:
     if op is lang.BinaryOp.OR and not all(map(_never_fails, nodes(condition))):
         return ()
     parts = tuple(_parts(condition, op))
-    return tuple(_part(property_, part) for part in parts) if len(parts) > 1 else ()
+    atoms = dict(property_.atoms)
+    return tuple(_part(property_, atoms, part) for part in parts) if len(parts) > 1 else ()
 
 
 def _parts(expr: lang.Expr, op: lang.BinaryOp) -> Iterator[lang.Expr]:
@@ -44,10 +46,11 @@ def _parts(expr: lang.Expr, op: lang.BinaryOp) -> Iterator[lang.Expr]:
             yield expr
 
 
-def _part(property_: Property, condition: lang.Expr) -> Property:
-    names = {node.name for node in nodes(condition) if isinstance(node, lang.Variable)}
-    atoms = tuple((name, atom) for name, atom in property_.atoms if name in names)
-    return replace(property_, condition=condition, atoms=atoms)
+def _part(property_: Property, atoms: Mapping[str, Atom], condition: lang.Expr) -> Property:
+    """Return the property with that part of its condition and the atoms that the part reads."""
+    read = (node.name for node in nodes(condition) if isinstance(node, lang.Variable))
+    own = {name: atoms[name] for name in read if name in atoms}
+    return replace(property_, condition=condition, atoms=tuple(own.items()))
 
 
 def _never_fails(node: object) -> bool:

@@ -9,7 +9,7 @@ from fsmkit.system.properties.property import AtStates
 from fsmkit.verify.report.verdict import ENDS, MANY_COMBINATIONS
 from fsmkit.verify.statespace.actions import FAULT, FULL
 from fsmkit.verify.statespace.closed_system import ClosedSystem
-from fsmkit.verify.statespace.exploration import DEADLOCK, first_mark
+from fsmkit.verify.statespace.exploration import DEADLOCK
 from fsmkit.verify.statespace.symbolic_search import Diagram, Search
 
 
@@ -29,7 +29,7 @@ def _shown(closed: ClosedSystem) -> Iterator[int]:
         if isinstance(property_.kind.decided, AtStates) and not property_.is_of_steps:
             yield 1 + number
     for machine in range(len(closed.system.machines)):
-        first = first_mark(closed, machine)
+        first = closed.first_marks[machine]
         yield from (first + FULL, first + FAULT)
 
 

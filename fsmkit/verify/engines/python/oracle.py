@@ -14,7 +14,6 @@ from fsmkit.system.freezes import Hold
 from fsmkit.system.properties.property import (
     Property,
     evaluated,
-    observed_events,
     temporal_properties,
 )
 from fsmkit.verify.engines.python.evaluate import evaluate_property
@@ -56,7 +55,7 @@ class Oracle(GlobalSteps):
         self._evaluated = evaluated(closed.system.properties)
         taken = (
             (self._first_marks[m] + UNHANDLED + len(closed.charts[m].events) + e, (m, e))
-            for m, e in observed_events(closed.system.properties)
+            for m, e in closed.observed_events
         )
         self._asked = dict(taken)
 
