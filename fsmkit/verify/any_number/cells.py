@@ -20,7 +20,6 @@ from fsmkit.system.system import System
 from fsmkit.verify.any_number.family import RULE, Family
 from fsmkit.verify.statespace.actions import FAULT, FULL, Message, Outcome
 from fsmkit.verify.statespace.closed_system import ClosedSystem
-from fsmkit.verify.statespace.exploration import first_mark
 from fsmkit.verify.statespace.global_steps import GlobalSteps
 
 OWN, OTHER = -1, -2
@@ -347,8 +346,7 @@ class Ring:
     def initial(self) -> list[tuple[int, ...]]:
         """Return the initial states as cells, all positions in order. Raises `FsmkitError`."""
         found: dict[tuple[int, ...], None] = {}
-        firsts = [first_mark(self.closed, number) for number in range(len(self.position))]
-        wrong = {first + note for first in firsts for note in (FULL, FAULT)}
+        wrong = {first + note for first in self.closed.first_marks for note in (FULL, FAULT)}
         for edge in self.steps.initial():
             if wrong.intersection(edge.marks):
                 raise fail(RULE, "a queue overflows or a machine faults when the machines start")
