@@ -8,6 +8,7 @@ along.
 from __future__ import annotations
 
 import difflib
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -132,10 +133,8 @@ class YamlFile:
         return len(self.text) if at < 0 else at + 1
 
     def _margin(self, entry: cst.Entry) -> int:
-        line = self._line(entry.start)
-        if entry.key is None:
-            return self._dash(entry) - line
-        return entry.start - line
+        first = entry.start if entry.key is not None else self._dash(entry)
+        return first - self._line(first)
 
     def _dash(self, entry: cst.Entry) -> int:
         """Return the offset of the sign before an item of a list."""
@@ -152,17 +151,8 @@ class YamlFile:
         first = entry.start if entry.key is not None else self._dash(entry)
         line = self._line(first)
         start = first if self.text[line:first].strip(" \ufeff") else line
-        count = sum(1 for remark in entry.above if remark)
-        at = start
-        while count and at == self._line(at) and at > 0:
-            above = self._line(at - 1)
-            written = self.text[above:at].strip()
-            if written.startswith("#"):
-                count -= 1
-                start = above
-            elif written:
-                break
-            at = above
+        if entry.top is not None and start == line:
+            start = min(start, self._line(entry.top))
         last = max(entry.node.end, entry.start)
         if entry.key is not None:
             last = max(last, entry.key.end)
@@ -170,18 +160,7 @@ class YamlFile:
         end = self._line_end(max(first, last - 1) if last > first else last)
         if self.text[last - 1 : last] == "\n":
             end = last
-        count = _tails(entry.node)
-        at = end
-        while count and at < len(self.text):
-            below = self._line_end(at)
-            written = self.text[at:below].strip()
-            if written.startswith("#"):
-                count -= 1
-                end = below
-            elif written:
-                break
-            at = below
-        return start, end
+        return start, max([end, *(self._line_end(one) for one in _bottoms(entry.node))])
 
     # --- changing -----------------------------------------------------------------------------
 
@@ -301,7 +280,13 @@ class YamlFile:
         tail = self.text[last.end :]
         if tail and not body.endswith("\n"):
             body += "\n"
+        if not self._ends_as_before(self.root):
+            tail = _aligned(tail, 0)
         return self.text[: first.start] + body + tail
+
+    def _ends_as_before(self, node: Node) -> bool:
+        """Return whether the last entry of a block is that of the file, unchanged."""
+        return node.items[-1] is node.loaded[-1] and self._is_clean(node.items[-1])
 
     def _is_clean(self, item: Item) -> bool:
         if item.old is None or item.above:
@@ -321,12 +306,16 @@ class YamlFile:
 
     def _entries(self, node: Node, margin: int) -> Iterator[str]:
         """Yield the lines of the entries of a block."""
-        is_changed = False
+        follower = {id(one): other for one, other in itertools.pairwise(node.loaded)}
+        previous: Item | None = None
         for number, item in enumerate(node.items):
             yield self._gap(node, number)
             part = self._entry(item, margin)
-            part = _aligned(part, margin) if is_changed else part
-            is_changed = not self._is_clean(item)
+            if previous is not None and (
+                follower.get(id(previous)) is not item or not self._is_clean(previous)
+            ):
+                part = _aligned(part, margin)
+            previous = item
             yield part if part.endswith("\n") or number == len(node.items) - 1 else f"{part}\n"
 
     def _gap(self, node: Node, number: int) -> str:
@@ -366,7 +355,19 @@ class YamlFile:
         line = self._line(first)
         if item.start < line:
             above = _shifted(self.text[item.start : line], margin - item.margin) + above
+        above += "".join(f"{pad}{remark}\n" for remark in self._before_value(item, item.old))
         return above + self._changed(item, margin, margin - item.margin)
+
+    def _before_value(self, item: Item, old: cst.Entry) -> list[str]:
+        """Return the comments between a key or sign and its value, unless these stay there."""
+        is_block = isinstance(old.node, cst.Block) and not old.node.is_flow
+        if is_block and (old.key is not None or item.node.old is old.node):
+            return []
+        start = self._dash(old) + 1 if old.key is None else old.key.end
+        lines = self.text[start : old.node.start].split("\n")
+        if old.key is not None:  # the first is behind the key
+            lines = lines[1:]
+        return [line.strip() for line in lines if line.strip().startswith("#")]
 
     def _is_plain(self, item: Item) -> bool:
         """Return whether a new entry is short enough for a collection on one line."""
@@ -602,7 +603,7 @@ class YamlFile:
         if tail and not body.endswith("\n"):
             body += "\n"
         tail = _shifted(tail, shift)
-        if not self._is_clean(node.items[-1]):
+        if not self._ends_as_before(node):
             tail = _aligned(tail, column)
         if "\n" not in between:  # the first entry is on the line of the sign
             if body.lstrip().startswith("#"):
@@ -615,15 +616,14 @@ class YamlFile:
         return f"{head}{remark}\n{_shifted(more, shift)}{body}{tail}"
 
 
-def _tails(node: cst.Node) -> int:
-    """Return the number of comments behind the last entries of a node."""
-    count = 0
+def _bottoms(node: cst.Node) -> Iterator[int]:
+    """Yield the offsets of the comments behind the last entries of a node."""
     while isinstance(node, cst.Block) and not node.is_flow:
-        count += sum(1 for remark in node.tail if remark)
+        if node.bottom is not None:
+            yield node.bottom
         if not node.entries:
             break
         node = node.entries[-1].node
-    return count
 
 
 def _is_small(item: Item) -> bool:

@@ -50,6 +50,8 @@ class Entry:
     """Comments above it; empty strings are blank lines."""
     behind: list[str] = field(default_factory=list)
     """Comments at the end of its line, with the blanks before them."""
+    top: int | None = None
+    """The offset of the first of the comments above it, if one is on a line of its own."""
 
     @property
     def start(self) -> int:
@@ -70,6 +72,8 @@ class Block:
     """Comments after the last entry; empty strings are blank lines."""
     opening: list[str] = field(default_factory=list)
     """Comments behind the opening bracket."""
+    bottom: int | None = None
+    """The offset of the last of the comments after the last entry."""
 
 
 Node = Scalar | Block
@@ -179,11 +183,16 @@ class _Comments:
             return
         for start, text in self.in_headers():
             self._behind(start, text)
+        scalar, least = -1, 0
         for start, text in self.between():
             if self._line_before(start).strip(" \t\ufeff"):
                 self._behind(start, text)
-            else:
-                self._alone(self._root, start, text)
+                continue
+            column = self._source.position(start)[1]
+            if (before := bisect_right(self._starts, start)) == scalar:
+                column = min(column, least)  # as deep as the comment before it, at most
+            scalar, least = before, column
+            self._alone(self._root, start, text, column)
 
     def _line_before(self, start: int) -> str:
         """Return the text before a comment in its line, without trailing white space."""
@@ -242,9 +251,8 @@ class _Comments:
 
     # --- comments on lines of their own -----------------------------------------------------------
 
-    def _alone(self, node: Node, start: int, text: str, column: int | None = None) -> None:
+    def _alone(self, node: Node, start: int, text: str, column: int) -> None:
         block = _block(node)
-        column = self._source.position(start)[1] if column is None else column
         is_blank = self._is_blank_before(start)
         while True:
             entry = _last_until(block, start)
@@ -252,24 +260,24 @@ class _Comments:
             inner = None if entry is None else entry.node
             if entry is not None and start < entry.node.start and entry.key is not None:
                 if isinstance(inner, Block) and not inner.is_flow and inner.entries:
-                    return self._above(inner.entries[0], text, is_blank)
-                return self._above(entry, text, is_blank)
+                    return self._above(inner.entries[0], start, text, is_blank)
+                return self._above(entry, start, text, is_blank)
             if isinstance(inner, Block) and inner.start <= start < inner.end:
                 block = inner
                 continue
             break
         if block.is_flow:
             if following is None:
-                return self._end(block, text, is_blank)
-            return self._above(following, text, is_blank)
+                return self._end(block, start, text, is_blank)
+            return self._above(following, start, text, is_blank)
         if following is not None and column <= self._column(following):
-            return self._above(following, text, is_blank)
+            return self._above(following, start, text, is_blank)
         deepest = _deepest(entry, column, self._column)
         if deepest is not None:
-            return self._end(deepest, text, is_blank)
+            return self._end(deepest, start, text, is_blank)
         if following is not None:
-            return self._above(following, text, is_blank)
-        return self._end(block, text, is_blank)
+            return self._above(following, start, text, is_blank)
+        return self._end(block, start, text, is_blank)
 
     def _column(self, entry: Entry) -> int:
         """Return the column of an entry: of its key, or of the sign before it."""
@@ -279,7 +287,9 @@ class _Comments:
             return written.rfind("-") + 1 if "-" in written else column
         return column
 
-    def _above(self, entry: Entry, text: str, is_blank: bool) -> None:
+    def _above(self, entry: Entry, start: int, text: str, is_blank: bool) -> None:
+        if entry.top is None and not self._line_before(start).strip(" \t\ufeff"):
+            entry.top = start
         if not entry.above:
             blank_behind = entry.blank
             entry.blank = is_blank
@@ -289,7 +299,8 @@ class _Comments:
         above = entry.above[: len(entry.above) - len(closing)]
         entry.above = [*above, *([""] if is_blank else []), text, *closing]
 
-    def _end(self, block: Block, text: str, is_blank: bool) -> None:
+    def _end(self, block: Block, start: int, text: str, is_blank: bool) -> None:
+        block.bottom = start
         block.tail += ["", text] if is_blank else [text]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -302,3 +304,11 @@ def test_files_of_the_cell_change_once(name: str) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_random_charts_keep_their_plans_and_comments(seed: int) -> None:
     assert problem(seed) is None
+
+
+def test_comments_of_any_columns_keep_their_order() -> None:
+    for columns in itertools.product((0, 1, 2, 4, 6, 8), repeat=3):
+        gap = "".join(f"{' ' * column}# {n}\n" for n, column in enumerate(columns))
+        text = f"chart: X\ndata:\n  v:\n    type: 0..9\n{gap}inputs: {{}}\nstates: {{a: {{}}}}\n"
+        result = format_source(text, "x.yaml")
+        assert re.findall("# [0-9]", result) == ["# 0", "# 1", "# 2"]
