@@ -11,6 +11,8 @@ from fsmkit.language import ContentError, Environment, Value
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.index import index_of
 
+Receiver = Callable[[snap.Occurrence], bool]
+"""Takes an event for the machine that invoked this one; false if its queue is full."""
 Guard = Callable[[Chart, Transition, Environment], Value]
 """Evaluates the guard of a transition: the value, and the errors, of `evaluate`."""
 
@@ -22,7 +24,11 @@ class Globals:
     """
 
     def __init__(
-        self, chart: Chart, snapshot: snap.Snapshot, host: snap.Host, room: int = 0
+        self,
+        chart: Chart,
+        snapshot: snap.Snapshot,
+        host: snap.Host,
+        invoker: Receiver | None = None,
     ) -> None:
         self.chart = chart
         self.index = index_of(chart)
@@ -44,9 +50,7 @@ class Globals:
         self.invoked = list(snapshot.invoked)
         self.states_to_invoke: set[int] = set()
         """Entered in this macrostep and not left since (Appendix D, statesToInvoke)."""
-        self.returned: list[snap.Occurrence] = []
-        """Events for the machine that invoked this one, whose queue takes ``room`` of them."""
-        self.room = room
+        self.invoker = invoker
         self.is_cancelled = False
         self.event: snap.Occurrence | None = None
         """SCXML 5.10.1, ``_event``: the current event, until the next is taken."""
@@ -141,9 +145,7 @@ class Globals:
         self.effects.append(snap.Emitted(occurrence, "#_parent"))
         if self.is_cancelled:
             return
-        if len(self.returned) < self.room:
-            self.returned.append(occurrence)
-        else:
+        if self.invoker is None or not self.invoker(occurrence):
             self.effects.append(snap.Overflowed("queue"))
 
     def raise_platform(self, name: str) -> None:

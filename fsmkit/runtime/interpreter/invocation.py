@@ -5,7 +5,7 @@ from __future__ import annotations
 from fsmkit.chart.chart import Invocation
 from fsmkit.language import Value, default_value
 from fsmkit.runtime import interpreter
-from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.globals import Globals, Receiver
 from fsmkit.runtime.interpreter.snapshot import InvokedMacrostep, Macrostep, Occurrence, Overflowed
 
 
@@ -13,11 +13,9 @@ def start_invoked(g: Globals, slot: int, given: tuple[Value, ...]) -> None:
     """Start a machine with the given data and run its first macrostep."""
     invocation = g.chart.invocations[slot]
     data = dict(zip(invocation.given, given, strict=True))
-    absorb(
-        g,
-        invocation,
-        interpreter.start(invocation.chart, g.now, g.host, given=data, room=room(g)),
-    )
+    own = receiver(g, invocation)
+    done = interpreter.start(invocation.chart, g.now, g.host, given=data, invoker=own)
+    absorb(g, invocation, done)
 
 
 def cancel_invoked(g: Globals, slot: int) -> None:
@@ -34,20 +32,26 @@ def cancel_invoked(g: Globals, slot: int) -> None:
 
 
 def absorb(g: Globals, invocation: Invocation, done: Macrostep) -> None:
-    """Store the new state of an invoked machine and take its events; its fault is a fault here."""
+    """Store the new state of an invoked machine; its fault is a fault here."""
     g.effects.append(InvokedMacrostep(invocation.index, done))
     g.invoked[invocation.index] = done.after if done.after.running else None
-    for occurrence in done.returned:
-        event = invocation.returns[occurrence.event]
-        if event is not None:
-            g.queue.append(Occurrence(event, occurrence.payload))
     if done.after.fault is not None:
         g.stop("invoked")
 
 
-def room(g: Globals) -> int:
-    """Return how many more events the external queue takes."""
-    return g.chart.capacities.queue - len(g.queue) - len(g.deferred)
+def receiver(g: Globals, invocation: Invocation) -> Receiver:
+    """Return what puts an event of an invoked machine into the queue at once, as `post` does.
+
+    An event that this machine does not know is dropped and takes no entry of the queue.
+    """
+
+    def receive(occurrence: Occurrence) -> bool:
+        fits, event = g.has_room, invocation.returns[occurrence.event]
+        if fits and event is not None:
+            g.queue.append(Occurrence(event, occurrence.payload))
+        return fits
+
+    return receive
 
 
 def pass_on(g: Globals, slots: tuple[int, ...], occurrence: Occurrence) -> bool:
@@ -92,7 +96,8 @@ def settle(g: Globals) -> None:
             if child is None or g.fault is not None:
                 continue
             now = interpreter.at_time(child, g.now)
-            done = interpreter.step_event(invocation.chart, now, g.host, room=room(g))
+            own = receiver(g, invocation)
+            done = interpreter.step_event(invocation.chart, now, g.host, invoker=own)
             if done is not None:
                 is_quiet = False
                 absorb(g, invocation, done)

@@ -12,7 +12,7 @@ from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter import timers
 from fsmkit.runtime.interpreter.content import execute_block, execute_transition_content
 from fsmkit.runtime.interpreter.entry_exit import done_payload, enter_states, exit_states, leave
-from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.globals import Globals, Receiver
 from fsmkit.runtime.interpreter.index import index_of
 from fsmkit.runtime.interpreter.invocation import forward, settle
 from fsmkit.runtime.interpreter.selection import (
@@ -38,18 +38,18 @@ def start(
     inputs: tuple[Value, ...] | None = None,
     *,
     given: Mapping[int, Value] = NOTHING,
-    room: int = 0,
+    invoker: Receiver | None = None,
 ) -> snap.Macrostep:
     """Start or restart: run the script and enter the initial states (Appendix D, interpret).
 
-    An invoker passes values of data by position, and the free entries of its queue.
+    An invoker passes values of data by position, and what takes the events for it.
     """
     before = initial(chart)
     before = replace(before, now=now, inputs=before.inputs if inputs is None else inputs)
     if given:
         data = tuple(given.get(place, value) for place, value in enumerate(before.data))
         before = replace(before, data=data)
-    g = Globals(chart, before, host, room)
+    g = Globals(chart, before, host, invoker)
     g.running = True
     g.configuration.add(0)
     execute_block(g, chart.script)
@@ -59,9 +59,7 @@ def start(
     entered = enter_states(g, (entry,))
     g.close_microstep(None, entered=entered)
     main_event_loop(g)
-    return snap.Macrostep(
-        before, snap.Start(), tuple(g.microsteps), g.freeze(), now, tuple(g.returned)
-    )
+    return snap.Macrostep(before, snap.Start(), tuple(g.microsteps), g.freeze(), now)
 
 
 def step(
@@ -72,17 +70,17 @@ def step(
     *,
     may_defer: bool = True,
     is_external: bool = True,
-    room: int = 0,
+    invoker: Receiver | None = None,
 ) -> snap.Macrostep:
     """Run one macrostep: an event or timeout (no longer in its queue), or eventless transitions.
 
     The time is ``snapshot.now``; for a timeout that must be its deadline. A machine that is not
-    running does nothing. ``is_external``: the event has just left the external queue. ``room`` is
-    that in the queue of the invoker.
+    running does nothing. ``is_external``: the event has just left the external queue. ``invoker``
+    takes the events for the machine that invoked this one.
     """
     if not snapshot.running:
         return snap.Macrostep(snapshot, event, (), snapshot, snapshot.now)
-    g = Globals(chart, snapshot, host, room)
+    g = Globals(chart, snapshot, host, invoker)
     match event:
         case snap.Occurrence():
             if is_external and chart.invocations:
@@ -98,8 +96,7 @@ def step(
         case None:
             pass
     main_event_loop(g)
-    returned = tuple(g.returned)
-    return snap.Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now, returned)
+    return snap.Macrostep(snapshot, event, tuple(g.microsteps), g.freeze(), snapshot.now)
 
 
 def cancel(chart: Chart, snapshot: snap.Snapshot, now: int, host: snap.Host) -> snap.Macrostep:
@@ -113,10 +110,10 @@ def cancel(chart: Chart, snapshot: snap.Snapshot, now: int, host: snap.Host) -> 
 
 
 def settle_invoked(
-    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, room: int
+    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, invoker: Receiver | None
 ) -> snap.Macrostep | None:
     """Let invoked machines process their queued events; return None if no event is queued."""
-    g = Globals(chart, snapshot, host, room)
+    g = Globals(chart, snapshot, host, invoker)
     settle(g)
     return close_within(g, snapshot) if g.effects else None
 
@@ -124,9 +121,7 @@ def settle_invoked(
 def close_within(g: Globals, before: snap.Snapshot) -> snap.Macrostep:
     """Return a macrostep in which only invoked machines did something."""
     end_macrostep(g)
-    return snap.Macrostep(
-        before, snap.InvokedRun(), tuple(g.microsteps), g.freeze(), g.now, tuple(g.returned)
-    )
+    return snap.Macrostep(before, snap.InvokedRun(), tuple(g.microsteps), g.freeze(), g.now)
 
 
 def finalize(g: Globals, event: snap.Occurrence) -> None:

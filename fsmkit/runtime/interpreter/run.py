@@ -17,10 +17,9 @@ from fsmkit.language import Value
 from fsmkit.language.units import duration_text
 from fsmkit.runtime.interpreter import snapshot as snap
 from fsmkit.runtime.interpreter.content import deliver
-from fsmkit.runtime.interpreter.globals import Globals
+from fsmkit.runtime.interpreter.globals import Globals, Receiver
 from fsmkit.runtime.interpreter.index import index_of
-from fsmkit.runtime.interpreter.invocation import absorb, settle
-from fsmkit.runtime.interpreter.invocation import room as room_of
+from fsmkit.runtime.interpreter.invocation import absorb, receiver, settle
 from fsmkit.runtime.interpreter.macrostep import close_within, settle_invoked, step
 
 
@@ -118,7 +117,7 @@ def _is_due(snapshot: snap.Snapshot, now: int) -> bool:
 
 
 def step_event(
-    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, room: int = 0
+    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, invoker: Receiver | None = None
 ) -> snap.Macrostep | None:
     """Take one event, a recalled one first, and run its macrostep; None if there is no event.
 
@@ -130,35 +129,35 @@ def step_event(
         if not is_deferred(chart, snapshot, occurrence.event):
             rest = snapshot.deferred[:place] + snapshot.deferred[place + 1 :]
             before = snapshot.with_queues(snapshot.now, snapshot.queue, rest, snapshot.timers)
-            return step(chart, before, occurrence, host, is_external=False, room=room)
+            return step(chart, before, occurrence, host, is_external=False, invoker=invoker)
     if snapshot.queue:
         before = _with_queue(snapshot, snapshot.queue[1:])
-        return step(chart, before, snapshot.queue[0], host, room=room)
-    return settle_invoked(chart, snapshot, host, room) if any(snapshot.invoked) else None
+        return step(chart, before, snapshot.queue[0], host, invoker=invoker)
+    return settle_invoked(chart, snapshot, host, invoker) if any(snapshot.invoked) else None
 
 
 def step_timer(
-    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, room: int = 0
+    chart: Chart, snapshot: snap.Snapshot, host: snap.Host, *, invoker: Receiver | None = None
 ) -> snap.Macrostep | None:
     """Fire the first timer at its deadline, even before that time; None if no timer is armed."""
     deadline = next_deadline(snapshot)
     if not snapshot.running or deadline is None:
         return None
     if not snapshot.timers or snapshot.timers[0].deadline > deadline:
-        return _step_timer_within(chart, snapshot, deadline, host, room)
+        return _step_timer_within(chart, snapshot, deadline, host, invoker)
     timer, later = snapshot.timers[0], snapshot.timers[1:]
     before = snapshot.with_queues(timer.deadline, snapshot.queue, snapshot.deferred, later)
     match timer.what:
         case snap.Timeout():
-            return step(chart, before, timer.what, host, room=room)
+            return step(chart, before, timer.what, host, invoker=invoker)
         case snap.Delayed(occurrence, Destination.INTERNAL):
             return step(
-                chart, before, occurrence, host, may_defer=False, is_external=False, room=room
+                chart, before, occurrence, host, may_defer=False, is_external=False, invoker=invoker
             )
         case snap.Delayed(destination=Destination.INVOKED | Destination.INVOKER):
-            return _step_passing(chart, before, timer.what, host, room)
+            return _step_passing(chart, before, timer.what, host, invoker)
         case snap.Delayed(occurrence, Destination.PORT, _, peer):
-            g = Globals(chart, before, host, room)
+            g = Globals(chart, before, host, invoker)
             g.emit(occurrence, peer)
             return _port_macrostep(before, timer.what, g.freeze(), *g.effects)
         case snap.Delayed(occurrence):
@@ -171,15 +170,15 @@ def step_timer(
 
 
 def _step_timer_within(
-    chart: Chart, snapshot: snap.Snapshot, deadline: int, host: snap.Host, room: int
+    chart: Chart, snapshot: snap.Snapshot, deadline: int, host: snap.Host, invoker: Receiver | None
 ) -> snap.Macrostep:
     """Fire the first timer of an invoked machine."""
     before = at_time(snapshot, deadline)
-    g = Globals(chart, before, host, room)
+    g = Globals(chart, before, host, invoker)
     for invocation in chart.invocations:
         child = snapshot.invoked[invocation.index]
         if child is not None and next_deadline(child) == deadline:
-            done = step_timer(invocation.chart, child, host, room=room_of(g))
+            done = step_timer(invocation.chart, child, host, invoker=receiver(g, invocation))
             if done is not None:
                 absorb(g, invocation, done)
             break
@@ -189,15 +188,19 @@ def _step_timer_within(
 
 
 def _step_passing(
-    chart: Chart, before: snap.Snapshot, what: snap.Delayed, host: snap.Host, room: int
+    chart: Chart,
+    before: snap.Snapshot,
+    what: snap.Delayed,
+    host: snap.Host,
+    invoker: Receiver | None,
 ) -> snap.Macrostep:
     """Let a delayed event go to the invoker or to an invoked machine; its absence is an error."""
     if what.destination is Destination.INVOKED and not any(
         before.invoked[slot] is not None for slot in what.invocations
     ):
         error = snap.Occurrence(chart.event_index["error.communication"])
-        return step(chart, before, error, host, may_defer=False, is_external=False, room=room)
-    g = Globals(chart, before, host, room)
+        return step(chart, before, error, host, may_defer=False, is_external=False, invoker=invoker)
+    g = Globals(chart, before, host, invoker)
     deliver(g, what.occurrence, what)
     settle(g)
     return close_within(g, before)

@@ -320,7 +320,7 @@ class Macrostep:
     ``event`` is the cause: None for eventless transitions that a changed input enabled, `Delayed`
     if a delayed event only left by the port. ``before`` no longer holds the event in its queue.
     ``at`` is its time in ticks; for a timer, its deadline. The macrosteps of invoked machines are
-    included. ``returned`` holds the events sent to the invoking machine.
+    included.
     """
 
     before: Snapshot
@@ -328,7 +328,6 @@ class Macrostep:
     microsteps: tuple[Microstep, ...]
     after: Snapshot
     at: int
-    returned: tuple[Occurrence, ...] = ()
 
     @property
     def effects(self) -> tuple[Effect, ...]:

@@ -210,8 +210,8 @@ def assumptions(
         found.append("Cycles: memory never waits, and a multiplication takes one cycle.")
     if comparison.program.names.invoked:
         found.append(
-            "The counters, posts during calls, and the next deadline during calls, were not "
-            "compared: other machines run in slots of this one."
+            "The counters, and the next deadline during calls, were not compared: other machines "
+            "run in slots of this one."
         )
     if absent:
         functions = ", ".join(f"`{comparison.program.prefix}_{name}`" for name in absent)

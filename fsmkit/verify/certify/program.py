@@ -222,7 +222,9 @@ def _look(out: Emitter, names: Names) -> None:
     #ifndef CERTIFY_WITHOUT_IN
         for (uint16_t i = 0u; i < {len(chart.states)}u; i += 8u) {{
             uint8_t bits = 0u;
-            for (uint16_t k = i; k < i + 8u && k < {len(chart.states)}u; k++) {{
+            /* During calls the root is omitted: between exit and entry it depends on the code. */
+            const uint16_t from = i == 0u && certify_active != 0u ? 1u : i;
+            for (uint16_t k = from; k < i + 8u && k < {len(chart.states)}u; k++) {{
                 CERTIFY_LOOK(count = {p}_in(&fsm_machine, ({p}_state)k));
                 bits |= (uint8_t)((uint32_t)count << (k - i));
             }}

@@ -439,7 +439,8 @@ class Steps:
         results: Iterable[Result],
     ) -> Step:
         """Return a step with these inputs and results; its host acts in the action's manner."""
-        sight = Sight(partial(self._looked, now=action.now), self._nested, self._looks)
+        looked = partial(self._looked, now=action.now, is_calling=True)
+        sight = Sight(looked, self._nested, self._looks)
         host = CallingHost(self.chart, action.manner, sight, results, self.result)
         expected, given = self.perform(replace(state, inputs=tuple(inputs)), action, host)
         manner = self._manner(action.manner)
@@ -454,7 +455,7 @@ class Steps:
             return
         one, other, third = self._random.choices(self.events, k=3)
         yield Manner(FULL | LOOKING | NESTING, snap.Occurrence(one.event, one.payload))
-        if self._posts and not self.chart.invocations:
+        if self._posts:
             most = self.chart.capacities.queue + 2
             yield Manner(
                 LOOKING | POSTING, snap.Occurrence(other.event, other.payload), 1, min(most, 255)
@@ -601,17 +602,17 @@ class Steps:
     def _observed(self, state: snap.Snapshot) -> bytes:
         """Return what the functions that look at a machine must report between steps."""
         armed = state if state.running else replace(state, timers=(), invoked=())
-        return self._looked(armed, state.now, has_deadline=True)
+        return self._looked(armed, state.now)
 
-    def _looked(self, state: snap.Snapshot, now: int, *, has_deadline: bool | None = None) -> bytes:
+    def _looked(self, state: snap.Snapshot, now: int, *, is_calling: bool = False) -> bytes:
         """Return what the functions that look at a machine must report.
 
-        ``has_deadline``: whether the next deadline is compared. During calls it is not if machines
-        run in slots: their timers may have changed.
+        ``is_calling``: the machine calls its host. Then the root is not compared: between exit and
+        entry its state depends on the generated code. With machines in slots, the next deadline is
+        not compared either: their timers may have changed.
         """
-        if has_deadline is None:
-            has_deadline = not self.chart.invocations
-        states = range(len(self.chart.states))
+        has_deadline = not (is_calling and self.chart.invocations)
+        states = range(int(is_calling), len(self.chart.states))
         leaves = sorted(index_of(self.chart).leaves & state.configuration)
         within = sum(1 << each for each in states if self._is_in(state, each))
         fault = 0 if state.fault is None else self._numbers.get(state.fault, 4)
@@ -621,7 +622,7 @@ class Steps:
         rooms = [leaves[:room] + [0] * len(leaves[room:]) for room in (0, 1, len(leaves))]
         parts = {
             "active": b"".join(packed([len(leaves), *seen]) for seen in rooms),
-            "in": within.to_bytes(len(states) + 7 >> 3, "little"),
+            "in": within.to_bytes(len(self.chart.states) + 7 >> 3, "little"),
             "finished": bytes([state.finished]),
             "fault": bytes([fault]),
             "next_deadline": deadline,

@@ -56,6 +56,66 @@ def test_c_on_this_computer_is_equal(form: str) -> None:
     assert document["steps"] > 100
 
 
+SENDS = "act(); " + 'send unknown to "#_parent"; ' * 3 + 'send o to "#_parent"; act()'
+LEAVING = {
+    "regions": (
+        "events: {in: [go], out: [o]}\ninitial: p\nstates:\n"
+        "  p:\n    regions:\n"
+        "      l: {initial: a, states: {a: {on: {go: {target: b, do: send o}}}, b: {}}}\n"
+        "      r: {initial: c, states: {c: {on: {go: {target: d, do: send o}}}, d: {}}}\n"
+        "    after: {1s: {target: q, do: send o}}\n"
+        "  q: {on: {go: {target: p, do: send o}}}\n"
+    ),
+    "end": (
+        "events: {in: [go], out: [o]}\ninitial: a\nstates:\n"
+        "  a: {exit: send o, on: {go: {target: z, do: send o}}}\n"
+        "  z: {final: true, entry: send o}\n"
+    ),
+}  # fmt: skip
+"""Charts that call their host between the exit and the entry of states."""
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("kind", ["drive", *LEAVING])
+def test_calls_between_exit_and_entry_are_equal(kind: str, tmp_path: Path) -> None:
+    path = GATE.with_name("drive.yaml")
+    if kind in LEAVING:
+        path = tmp_path / "chart.yaml"
+        path.write_text(f"chart: Leaving\n{LEAVING[kind]}")
+    document = certified(path)
+    assert (document["result"], document["differences"]) == ("complete", [])
+
+
+@pytest.mark.cc
+@pytest.mark.parametrize("queue", [1, 4])
+def test_posts_during_calls_of_a_machine_in_a_slot_are_equal(queue: int, tmp_path: Path) -> None:
+    """The host posts to the invoker while a machine within calls it and sends to the same queue."""
+    path = tmp_path / "chart.yaml"
+    path.write_text(f"""\
+chart: Outer
+capacity: {{queue: {queue}}}
+events: {{in: [go, o]}}
+data: {{n: 0..3 = 0}}
+initial: a
+states:
+  a:
+    invoke:
+      - id: inner
+        content:
+          chart: Inner
+          events: {{in: [go], out: [o, unknown]}}
+          operations: [act]
+          initial: i
+          states: {{i: {{on: {{go: {{do: '{SENDS}'}}}}}}}}
+    on:
+      go: {{do: 'send go to "#_inner"'}}
+      o: {{do: n = (n + 1) % 4}}
+""")
+    document = certified(path, limit=2_000)
+    assert document["differences"] == []
+    assert document["repeated"] > 0
+
+
 @pytest.mark.cc
 def test_a_limit_makes_a_certificate_partial(tmp_path: Path) -> None:
     out = tmp_path / "made.json"
