@@ -156,6 +156,7 @@ class Server(LanguageServer):
         if found is not None:
             self.checked[path] = found
             await self.republish(path)
+            await self.pages.checked(path, found)
         return found
 
     async def republish(self, path: Path) -> None:

@@ -17,11 +17,15 @@ from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 
 from fsmkit.diagnostics import Edit, FsmkitError
+from fsmkit.editor.checking.background import CheckResult
 from fsmkit.editor.context import path_of
+from fsmkit.editor.editing import operations as op
 from fsmkit.editor.editing.applying import text_edits
+from fsmkit.editor.editing.renaming import Renaming
 from fsmkit.editor.editing.session import EditSession
 from fsmkit.editor.editing.values import rejected
 from fsmkit.editor.page import HERE, edit_page
+from fsmkit.editor.page.following import verdicts_of
 from fsmkit.editor.page.hub import EditHub
 from fsmkit.editor.positions import lines_of
 
@@ -69,6 +73,17 @@ class DocumentSession(EditSession):
 
     redo = undo
 
+    def renaming(self, operation: op.RenameSymbol) -> Renaming:
+        """Return the changes for a new name; reject those of other files, which may be open."""
+        found = super().renaming(operation)
+        others = self.other_files(found)
+        if others:
+            raise rejected(
+                f"other files refer to `{operation.name}`: {', '.join(others)}",
+                help="rename it in the text with the editor's command, which changes all files",
+            )
+        return found
+
     def refresh(self) -> bool:
         """Load the document if it has another text than this session gave it."""
         found = self._bytes()
@@ -80,6 +95,14 @@ class DocumentSession(EditSession):
             if is_ours:
                 return False
         return super().refresh()
+
+    def is_saved(self) -> bool:
+        """Return whether the file has the text of this session."""
+        try:
+            found = self.path.read_bytes()
+        except OSError:
+            return False
+        return found.replace(b"\r\n", b"\n") == self.text.encode("utf-8", "replace")
 
     def drop_edit(self) -> None:
         """Return to the text of the document, which did not accept an edit."""
@@ -140,6 +163,11 @@ class EmbeddedPage:
         if self.editing.refresh():
             self.hub.changed()
 
+    def show_check(self, found: CheckResult) -> None:
+        """Show the verdicts of a check, if the file that was checked has the text of the page."""
+        if self.editing.is_saved():
+            self.hub.show_verdicts(verdicts_of(found))
+
     def reject_edit(self) -> None:
         """Show the text of the document, which did not accept an edit."""
         self.editing.drop_edit()
@@ -169,6 +197,12 @@ class EmbeddedPages:
         for page in [*self._pages.values()]:
             if page.path == path:
                 await self._work(page.follow)
+
+    async def checked(self, path: Path, found: CheckResult) -> None:
+        """Show the verdicts of a check in the pages of its file."""
+        for page in [*self._pages.values()]:
+            if page.path == path:
+                await self._work(page.show_check, found)
 
     async def _open(self, params: Any) -> dict[str, Any]:
         """Return the number and the HTML of a new page of a document, or an error."""

@@ -8,14 +8,18 @@ const transport = {
   connect(onmessage, onchange) {
     window.addEventListener("message", ({ data }) => {
       if (data.kind === "messages") for (const message of [].concat(JSON.parse(data.text))) onmessage(message);
-      else if (data.kind === "lost") onchange("lost");
+      else if (data.kind === "lost") {
+        this.socket.readyState = WebSocket.CLOSED;
+        onchange("lost");
+      }
     });
     onchange("open");
     this.host.postMessage({ kind: "ready" });
   },
 
   send(command) {
-    this.host.postMessage({ kind: "command", command });
-    return true;
+    const isOpen = this.socket.readyState === WebSocket.OPEN;
+    if (isOpen) this.host.postMessage({ kind: "command", command });
+    return isOpen;
   },
 };

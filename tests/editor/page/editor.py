@@ -32,12 +32,20 @@ class Editor(Watched):
     def __init__(self, browser: Browser, path: Path, address: str) -> None:
         super().__init__(browser, SECONDS, viewport={"width": 1280, "height": 800})
         self.path = path
+        self.load(address)
+        self.wait("() => documentOf && session.hello")
+
+    def load(self, address: str) -> None:
+        """Load the page."""
         self.page.goto(address)
-        self.page.wait_for_function("() => documentOf && session.hello")
+
+    def wait(self, condition: str, arg: object = None) -> None:
+        """Wait until a function of the page returns a true value for an argument."""
+        self.page.wait_for_function(condition, arg=arg)
 
     def edited(self) -> None:
         """Wait until the page has what the file has."""
-        self.page.wait_for_function("() => waiting.size === 0 && !$('edit-inline')")
+        self.wait("() => waiting.size === 0 && !$('edit-inline')")
 
     def picture(self, name: str) -> None:
         if PICTURES:
@@ -49,15 +57,14 @@ class Editor(Watched):
         self.page.keyboard.press("Control+A")
         self.page.keyboard.type(text)
         self.page.keyboard.press("Enter")
-        self.page.wait_for_selector("#edit-inline", state="detached")
         self.edited()
 
     def box(self, state: str) -> FloatRect:
         """Return where a state is drawn."""
-        self.page.wait_for_function(
+        self.wait(
             "id => { const found = drawnItem(views[0], {kind: 'state', id});"
             " return found && views[0].nodes.has(`s${found.index}`); }",
-            arg=state,
+            state,
         )
         index = self.page.evaluate(f"drawnItem(views[0], {{kind: 'state', id: '{state}'}}).index")
         found = self.page.locator(f"#drawing #s{index}").bounding_box()
@@ -81,7 +88,7 @@ class Editor(Watched):
 
     def settled(self) -> None:
         """Wait until the drawing shows the present chart."""
-        self.page.wait_for_function(
+        self.wait(
             "() => !loading && views[0].shown && views[0].shown.chart === views[0].machine.hash"
             " && views[0].look.boxes"
         )
@@ -100,13 +107,13 @@ def editing(browser: Browser, path: Path, **options: Any) -> Iterator[Editor]:
         seen.context.close()
 
 
-def require_accessible(editor: Editor) -> None:
-    """Fail on a violation that axe-core finds."""
+def require_accessible(editor: Editor, within: str = "html") -> None:
+    """Fail on a violation that axe-core finds in an element."""
     page = editor.page
     needs.need(AXE.is_file(), "axe-core")
     session = editor.context.new_cdp_session(page)
     session.send("Runtime.evaluate", {"expression": AXE.read_text(encoding="utf-8")})
-    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+    found = page.evaluate("within => axe.run(within, {resultTypes: ['violations']})", within)
     assert found["passes"]
     problems = [(v["id"], [n["html"] for n in v["nodes"]]) for v in found["violations"]]
     assert problems == [], problems

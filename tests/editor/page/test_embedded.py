@@ -28,6 +28,8 @@ class Window:
         self.edits: list[types.ApplyWorkspaceEditParams] = []
         self.texts: queue.Queue[str] = queue.Queue()
         """The texts of documents after edits of the server."""
+        self.before: list[str] = []
+        """The texts of documents before these edits."""
         self.accepts = True
         client = self.editor.client
 
@@ -42,6 +44,7 @@ class Window:
             self.edits.append(params)
             if self.accepts:
                 for path, text in self.editor.applied(params.edit).items():
+                    self.before.append(self.editor.texts[path])
                     self._changed(path, text)
                     self.texts.put(text)
             return types.ApplyWorkspaceEditResult(applied=self.accepts)
@@ -92,6 +95,8 @@ def editor_window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Window]:
 @pytest.fixture
 def window(editor_window: Window) -> Window:
     editor_window.edits.clear()
+    editor_window.before.clear()
+    editor_window.texts = queue.Queue()
     return editor_window
 
 
@@ -174,6 +179,36 @@ def test_a_page_that_is_read_only_draws_and_runs_nothing(window: Window, path: P
     assert pages == [*range(page + 1, page + 9), None]
     for each in pages[:-1]:
         window.send("close", page=each)
+
+
+def test_a_name_that_other_files_use_is_not_renamed_by_the_page(window: Window, path: Path) -> None:
+    derived = path.with_name("derived.yaml")
+    text = "chart: D\nextends: gate.yaml\nrefine:\n  NAME: {doc: derived}\n"
+    window.editor.open(path)
+    page = window.open(path)["page"]
+    window.send("join", page=page)
+    document = window.until("document")
+    name, other = [state["id"] for state in document["states"] if state["id"]][:2]
+    derived.write_text(text.replace("NAME", name))
+    renaming = [{"op": "RenameSymbol", "kind": "state", "name": name, "new": "new_name"}]
+    for what in (
+        {"name": "dependents"},
+        {"name": "edit", "hash": document["hash"], "files": ["derived.yaml"]},
+    ):
+        answer = window.command(page, **what, operations=renaming)
+        assert answer["k"] == "refused"
+        assert "derived.yaml" in answer["message"]
+    assert (window.edits, window.editor.texts[path]) == ([], GATE)
+    assert derived.read_text() == text.replace("NAME", name)
+    assert path.read_text(encoding="utf-8") == GATE
+
+    # a name that only this file uses is renamed in the document
+    renaming[0]["name"] = other
+    assert window.command(page, "dependents", operations=renaming)["result"] == []
+    answer = window.command(page, "edit", operations=renaming, hash=document["hash"], files=[])
+    assert answer["k"] == "done"
+    assert "new_name" in window.texts.get(timeout=WAIT)
+    window.send("close", page=page)
 
 
 def test_the_page_of_a_webview_loads_nothing() -> None:

@@ -272,6 +272,8 @@ def test_a_new_name_goes_to_the_files_that_refer_to_it(browser: Browser, tmp_pat
             page.press("#edit-name", "Enter")
             page.wait_for_selector("#edit-confirm li:text-is('parts/derived.yaml')")
             editor.picture("confirm")
+            if answer == "Cancel":
+                require_accessible(editor, "#edit-confirm")
             page.click(f"#edit-confirm button:text-is('{answer}')")
             if answer == "Cancel":
                 page.wait_for_function("() => $('edit-name').value === 'b'")
@@ -308,6 +310,7 @@ def test_several_states_are_moved_wrapped_copied_and_removed(
         page.keyboard.up("Shift")
         page.wait_for_selector("#edit-panel:has-text('2 states are selected')")
         editor.picture("several")
+        require_accessible(editor, "#edit-panel")
         box = editor.box("e")
         editor.drag(editor.middle("b"), (box["x"] - 3, box["y"] - 3))
         written("chart: G\nstates:\n  c: {}\n  d:\n    states: {e: {}, a: {}, b: {}}\n")
