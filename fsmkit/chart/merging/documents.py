@@ -14,13 +14,14 @@ from typing import Any
 from fsmkit.chart.merging.transitions import (
     MergedTransition,
     Placed,
+    can_compete,
     changed_and_removed,
     merged_transitions,
     title_of,
 )
 from fsmkit.chart.merging.versions import Conflict, Conflicts, Versions, merged_order
 from fsmkit.diagnostics import Span, Text
-from fsmkit.document.document import DocState, Document, Kind
+from fsmkit.document.document import DocState, DocTransition, Document, Kind
 
 Key = tuple[str, ...]
 """A state: its id; without an id, the key of its parent and its number there."""
@@ -354,7 +355,10 @@ class _Merger:
         order, is_conflict = merged_order(
             base, ours, theirs, members, lambda number: found[number].one.trigger
         )
-        if is_conflict:
+        if is_conflict or _has_other_priorities(
+            [found[number].one for number in order],
+            [[order.index(number) for number in one if number in order] for one in sequences],
+        ):
             self.conflicts.add(
                 f"the transitions of {name_of(key)} were reordered differently",
                 _span(self.ours.states.get(key)),
@@ -450,6 +454,25 @@ class _Merger:
                 None if is_ours else target.span,
                 _span(self.base.states.get((target.value,))),
             )
+
+
+def _has_other_priorities(
+    transitions: Sequence[DocTransition], orders: Sequence[Sequence[int]]
+) -> bool:
+    """Return whether competing transitions have an order that no version with both has.
+
+    Args:
+        transitions: The merged transitions of a state.
+        orders: For each version, their positions in its order, as far as it has them.
+
+    """
+    for later in range(len(transitions)):
+        for earlier in range(later):
+            both = [order for order in orders if earlier in order and later in order]
+            is_other = both and all(order.index(earlier) > order.index(later) for order in both)
+            if is_other and can_compete(transitions[earlier], transitions[later]):
+                return True
+    return False
 
 
 def _targets(document: Document) -> Iterator[Text]:

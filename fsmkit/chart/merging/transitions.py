@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from fsmkit.chart.merging.versions import Conflicts, Versions
-from fsmkit.document.document import DocTransition
+from fsmkit.document.document import DocTransition, Trigger
 
 TRIGGER = ("trigger", "events", "delay")
 """Fields that are one part."""
@@ -20,6 +20,7 @@ PARTS: tuple[tuple[str, ...], ...] = (
     ),
 )
 """The parts of a transition that are merged separately."""
+TIMED = (Trigger.AFTER, Trigger.EVERY)
 WORDS = {"events": "trigger", "delay": "trigger", "content": "statements", "internal": "type"}
 Key = Any
 """The key of a state, see `documents`."""
@@ -169,6 +170,22 @@ def _competes(one: Placed, other: Placed) -> bool:
     return one.source == other.source and all(
         getattr(one.one, part) == getattr(other.one, part) for part in parts
     )
+
+
+def can_compete(one: DocTransition, other: DocTransition) -> bool:
+    """Return whether two transitions may be enabled at once, so that their order has a meaning."""
+    triggers = one.trigger, other.trigger
+    if any(trigger in TIMED for trigger in triggers):
+        return all(trigger in TIMED for trigger in triggers)
+    if Trigger.EVENT in triggers:
+        names = [[f"{event.value.removesuffix('*').rstrip('.')}." for event in each.events]
+                 for each in (one, other)]  # fmt: skip
+        return one.trigger is other.trigger and any(
+            name == "." or same == "." or name.startswith(same) or same.startswith(name)
+            for name in names[0]
+            for same in names[1]
+        )
+    return True
 
 
 def title_of(placed: Placed, name: Callable[[Key], str]) -> str:

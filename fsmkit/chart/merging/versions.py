@@ -71,8 +71,8 @@ def merged_order(
 ) -> tuple[list[K], bool]:
     """Return the merged members of three sequences in their order.
 
-    New members follow the member that they follow in their version. Ours precede theirs where both
-    follow the same member and are of the same group.
+    New members follow the member that they follow in their version. Where members of both versions
+    follow the same one, those of its group come first, and ours precede theirs.
 
     Returns:
         The order, and whether both versions reordered the same members differently.
@@ -84,23 +84,36 @@ def merged_order(
     is_theirs = orders.ours == orders.base != orders.theirs
     first, second = (theirs, ours) if is_theirs else (ours, theirs)
     result = [key for key in first if key in wanted]
-    others = set(second)
+    known = set(second)
 
-    def is_beside(key: K, other: K) -> bool:
-        return other not in others and group(other) == group(key)
+    def is_nearer(key: K, other: K, anchor: K | None) -> bool:
+        """Return whether a new key stays nearer to its anchor than a key that is there."""
+        if anchor is not None:
+            is_like, is_other_like = (group(one) == group(anchor) for one in (key, other))
+            if is_like != is_other_like:
+                return is_like
+        if other in known:  # it moved here, and precedes the new key in the version of that
+            return False
+        return is_theirs if anchor is not after else not is_theirs
 
     for number, key in enumerate(second):
         if key not in wanted or key in result:
             continue
-        before = next((one for one in reversed(second[:number]) if one in result), None)
-        after = next((one for one in second[number + 1 :] if one in result), None)
+        earlier, later = second[:number], second[number + 1 :]
+        before = next((one for one in reversed(earlier) if one in result), None)
+        after = next((one for one in later if one in result), None)
         if before is None and after is not None:
             at = result.index(after)
-            while is_theirs and at and is_beside(key, result[at - 1]):
-                at -= 1  # theirs were inserted there, too
+            while at and result[at - 1] not in known and not is_nearer(key, result[at - 1], after):
+                at -= 1
         else:
-            at = 0 if before is None else result.index(before) + 1
-            while not is_theirs and at < len(result) and is_beside(key, result[at]):
-                at += 1  # ours were inserted there, too
+            alike = [one for one in earlier if one == before or group(one) == group(key)]
+            at = max((result.index(one) + 1 for one in alike if one in result), default=0)
+            while (
+                at < len(result)
+                and (result[at] in earlier or result[at] not in known)
+                and not is_nearer(key, result[at], before)
+            ):
+                at += 1
         result.insert(at, key)
     return result, orders.is_conflict
