@@ -66,7 +66,8 @@ def boxed(chart: Chart, states: Iterable[int]) -> Chart:
         return chart
     ends = _ends(chart, wanted)
     hidden = {index for index, end in enumerate(ends) if index != end}
-    transitions = tuple(_moved(each, ends, hidden | wanted) for each in chart.transitions)
+    closed = hidden | wanted
+    transitions = tuple(_moved(each, ends, closed) for each in chart.transitions)
     lists: list[list[int]] = [[] for _ in chart.states]
     for state in chart.states:
         lists[ends[state.index]] += (
@@ -75,8 +76,8 @@ def boxed(chart: Chart, states: Iterable[int]) -> Chart:
     made = (
         replace(
             state,
-            children=() if state.index in wanted | hidden else state.children,
-            initial=None if state.index in wanted | hidden else state.initial,
+            children=() if state.index in closed else state.children,
+            initial=None if state.index in closed else state.initial,
             transitions=tuple(lists[state.index]),
         )
         for state in chart.states
