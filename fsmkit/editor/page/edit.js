@@ -515,8 +515,30 @@ function row(words, control, doc) {
   return make("label", { class: "edit-row", title: doc || null }, make("span", {}, words), control);
 }
 
+const LONG = 300; // options
+const unfilled = new WeakMap(); // long lists that were not opened yet: a function that adds their options
+
+/** Set the options of a list; a long one has only the selected option until it is opened. */
+function setOptions(list, values, value) {
+  const options = (those) => those.map(([text, words]) => make("option", { value: text, selected: text === value }, words ?? text));
+  const isLong = values.length > LONG;
+  list.replaceChildren(...options(isLong ? [values.find(([text]) => text === value) || values[0]] : values));
+  if (isLong) unfilled.set(list, () => list.replaceChildren(...options(values)));
+  else unfilled.delete(list);
+}
+
+/** Add the options of a long list, which is about to be used. */
+function fill(list) {
+  const add = unfilled.get(list);
+  unfilled.delete(list);
+  if (add) add();
+}
+
+document.addEventListener("pointerdown", (event) => fill(event.target), true);
+
 function choice(values, value, change, attributes = {}) {
-  const list = make("select", { ...attributes, onchange: () => change(list.value) }, ...values.map(([text, words]) => make("option", { value: text, selected: text === value }, words ?? text)));
+  const list = make("select", { ...attributes, onchange: () => change(list.value) });
+  setOptions(list, values, value);
   return list;
 }
 
@@ -556,9 +578,10 @@ function stateChoices(except) {
 }
 
 function inside(id) {
-  const found = [];
-  for (const each of documentOf.states) if (each.parent === id) found.push(each.id, ...inside(each.id));
-  return found;
+  const found = new Set([id]);
+  for (const each of documentOf.states) if (found.has(each.parent)) found.add(each.id); // parents come first
+  found.delete(id);
+  return [...found];
 }
 
 /** Return the folded states of the drawing. */
@@ -578,8 +601,9 @@ const opener = (at, words) => (can("open") ? [make("button", { onclick: () => sa
 function statePanel(state) {
   const { id } = state;
   const within = inside(id);
+  const unfit = new Set([id, ...within]);
   const kinds = [...Object.entries(KIND_WORDS), ["deep history", "Deep history"]];
-  const parents = [["", "(the chart)"], ...documentOf.states.filter((each) => each.id !== id && !within.includes(each.id) && !CHILDLESS_KINDS.includes(each.kind) && !each.use).map((each) => [each.id])];
+  const parents = [["", "(the chart)"], ...documentOf.states.filter((each) => !unfit.has(each.id) && !CHILDLESS_KINDS.includes(each.kind) && !each.use).map((each) => [each.id])];
   const hasInitial = state.kind === "compound" || isHistory(state);
   const targets = isHistory(state) ? stateChoices(id) : within.map((each) => [each]);
   return [
@@ -614,7 +638,7 @@ function statesPanel() {
 /** Let the target of a new transition be picked by the keyboard. */
 function openTargets(source) {
   const box = $("edit-targets");
-  const list = make("select", { id: "edit-target", "aria-label": `Target of a transition from ${source}` }, ...documentOf.states.map((each) => make("option", { value: each.id }, each.id)));
+  const list = choice(stateChoices(""), "", () => {}, { id: "edit-target", "aria-label": `Target of a transition from ${source}` });
   const close = () => { box.hidden = true; box.replaceChildren(); };
   const take_ = () => { const target = list.value; close(); addTransition(source, target); };
   list.addEventListener("keydown", (event) => {
@@ -680,6 +704,8 @@ function lockedPanel() {
   ];
 }
 
+let listed = null; // the document whose items are in the list of items
+
 function itemChoices() {
   const rows = [["", documentOf.name ? `chart ${documentOf.name}` : "chart"]];
   for (const state of documentOf.states || []) {
@@ -708,7 +734,7 @@ function showEditor() {
   const isTyping = active && $("edit-panel").contains(active) && active.matches("input, textarea, select");
   const focus = isTyping && active.id ? active.id : "";
   const item = documentOf.read && itemOf(selected);
-  $("edit-text").textContent = documentOf.text;
+  setText($("edit-text"), documentOf.text);
   $("edit-palette").hidden = !documentOf.read;
   $("edit-item").parentElement.hidden = !documentOf.read;
   if (!documentOf.read) {
@@ -716,7 +742,10 @@ function showEditor() {
     $("edit-panel").replaceChildren(make("p", {}, "The file cannot be read as a chart. Nothing is lost: this is its text. Correct it in an editor; the drawing follows."));
   } else {
     const value = selected ? JSON.stringify(selected) : "";
-    $("edit-item").replaceChildren(...itemChoices().map(([text, words]) => make("option", { value: text, selected: text === value }, words)));
+    const items = $("edit-item");
+    if (listed !== documentOf || unfilled.has(items)) setOptions(items, itemChoices(), value);
+    else items.value = value;
+    listed = documentOf;
     const rows = item && also.length ? statesPanel() : item ? (selected.kind === "state" ? statePanel(item) : transitionPanel(item, selected)) : (chosen && lockedPanel()) || chartPanel();
     $("edit-panel").replaceChildren(...rows);
     if (focus && $(focus)) $(focus).focus();
@@ -831,7 +860,7 @@ const radiusOf = (how) => ((how === "link" ? 8 : 7) * views[0].look.unit()).toFi
 
 /** Show the handle of the selected state, or those of the ends of the selected transition. */
 function showHandles(view, drawn) {
-  const [node] = (drawn && view.nodes.get(NODES[drawn.kind] + drawn.index)) || [];
+  const [node] = (drawn && !view.frame.hidden && view.nodes.get(NODES[drawn.kind] + drawn.index)) || [];
   if (handles.of === node) {
     for (const each of handles) setAttribute(each, "r", radiusOf(each.dataset.how));
     return;
@@ -1010,12 +1039,18 @@ document.addEventListener("keydown", (event) => {
   if (drag && event.key === "Escape") { drag.how = ""; showDrag(null); return; }
   if (!isEditing || event.ctrlKey || event.metaKey || event.altKey) return;
   if (isInput || event.key === "Tab" || event.key === "Escape") return;
-  if (event.target.matches("select") && (event.target.id !== "edit-item" || (/^(Arrow| |Home|End)/.test(event.key) && !event.shiftKey))) return;
+  if (event.target.matches("select") && (event.target.id !== "edit-item" || (/^(Arrow| |Home|End)/.test(event.key) && !event.shiftKey))) {
+    fill(event.target);
+    return;
+  }
   if (event.target.matches("button, summary, a") && [" ", "Enter"].includes(event.key)) return;
   const found = EDIT_KEYS[event.shiftKey && event.key.startsWith("Arrow") ? `Shift ${event.key}` : event.key];
   if (["0", "+", "-", "?", "h", "j", "k", "l", "o", "i", "x"].includes(event.key) && !event.target.matches("select")) return; // of the drawing
   event.stopImmediatePropagation();
-  if (!found) return;
+  if (!found) {
+    fill(event.target); // a letter goes to the option that starts with it
+    return;
+  }
   event.preventDefault();
   found();
 }, true);

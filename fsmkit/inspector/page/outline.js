@@ -10,42 +10,43 @@ class Outline {
     this.choose = choose;
     this.foldAt = foldAt;
     this.items = new Map(); // id of a state: its item
+    this.children = new Map(); // id of a state: the states in it and their indices
   }
 
-  show(chart) {
+  /** Show a chart; a state in a folded one gets its item when that is unfolded. */
+  show(chart, folded) {
     this.items.clear();
-    this.list.replaceChildren();
-    const lists = new Map();
+    this.children.clear();
     chart.states.forEach((state, index) => {
-      if (state.parent === null) {
-        lists.set(state.id, this.list);
-        return;
-      }
+      if (!this.children.has(state.parent)) this.children.set(state.parent, []);
+      this.children.get(state.parent).push({ state, index });
+    });
+    this.list.replaceChildren(...(this.children.get(null) || []).flatMap(({ state }) => this.itemsIn(state.id)));
+    this.fold(folded);
+    const first = this.list.querySelector("[role=treeitem]");
+    if (first) first.tabIndex = 0;
+  }
+
+  /** Make the items of the states in a state. */
+  itemsIn(parent) {
+    return (this.children.get(parent) || []).map(({ state, index }) => {
       const row = make("div", { class: "row", onclick: () => this.choose({ kind: "state", index }), ondblclick: () => this.foldAt(index) }, state.id);
       if (state.kind !== "atomic" && state.kind !== "compound") row.append(" ", make("small", {}, state.kind));
       const item = make("li", { role: "treeitem", "aria-selected": "false", tabindex: "-1" }, row);
       item.addEventListener("keydown", (event) => this.walk(event, item, index));
       item.addEventListener("focus", (event) => { if (event.target === item) this.choose({ kind: "state", index }); });
       this.items.set(state.id, item);
-      let list = lists.get(state.parent);
-      if (!list) {
-        list = make("ul", { role: "group" });
-        this.items.get(state.parent).append(list);
-        this.items.get(state.parent).setAttribute("aria-expanded", "true");
-        lists.set(state.parent, list);
-      }
-      list.append(item);
+      return item;
     });
-    const first = this.list.querySelector("[role=treeitem]");
-    if (first) first.tabIndex = 0;
   }
 
   /** Show the states in which nothing is shown as such, and all others open. */
   fold(states) {
-    for (const [id, item] of this.items) {
-      const group = item.querySelector("[role=group]");
-      if (!group) continue;
-      group.hidden = states.has(id);
+    for (const [id, item] of this.items) { // the loop reaches the items that it adds, too
+      if (!this.children.has(id)) continue;
+      let group = item.querySelector("[role=group]");
+      if (!group && !states.has(id)) item.append((group = make("ul", { role: "group" }, ...this.itemsIn(id))));
+      if (group) group.hidden = states.has(id);
       setAttribute(item, "aria-expanded", !states.has(id));
     }
   }

@@ -4,6 +4,8 @@
 /** The parts omitted from all drawings; the server lays them out again. */
 const hidden = new Set();
 
+const SMALL = 300; // states; a larger chart gets the items of its outline when that is shown
+
 class View {
   constructor(root, session, act) {
     this.root = root;
@@ -12,6 +14,7 @@ class View {
     this.name = null;
     this.machine = null;
     this.shown = null;
+    this.outlined = null; // the chart of the outline's items
     this.wantsOutline = false;
     this.classes = new Map(); // node: the classes it was given here
     this.nodes = new Map(); // "s12", "t25": what is drawn for it
@@ -58,8 +61,7 @@ class View {
     this.shown = chart;
     if (isSame) return true;
     this.svg = chart.svg ? safeDrawing(chart.svg) : null;
-    this.outline.show(chart);
-    this.outline.fold(this.folded);
+    this.outlined = null;
     this.classes.clear();
     this.nodes.clear();
     if (this.svg) {
@@ -94,7 +96,7 @@ class View {
   /** Fold states; where no server lays a drawing out anew, in the outline. */
   fold(states) {
     this.folded = states;
-    this.outline.fold(states);
+    if (this.outlined) this.outline.fold(states);
     if (!this.chart.folds && !this.wantsOutline) {
       this.wantsOutline = true;
       this.arrange();
@@ -105,6 +107,10 @@ class View {
     const isOutline = this.wantsOutline || !this.svg;
     this.frame.hidden = isOutline;
     this.outline.list.hidden = !isOutline;
+    if (this.shown && this.outlined !== this.shown && (isOutline || this.shown.states.length <= SMALL)) {
+      this.outlined = this.shown;
+      this.outline.show(this.shown, this.folded);
+    }
     const which = this.part("which");
     which.disabled = !this.svg;
     const reason = this.svg ? "" : (this.shown && this.shown.undrawn) || "There is no drawing.";

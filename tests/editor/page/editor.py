@@ -59,6 +59,11 @@ class Editor(Watched):
         self.page.keyboard.press("Enter")
         self.edited()
 
+    def choose(self, words: str) -> None:
+        """Select an item in the list, which gets its options when it is opened."""
+        self.page.dispatch_event("#edit-item", "pointerdown")
+        self.page.select_option("#edit-item", label=words)
+
     def box(self, state: str) -> FloatRect:
         """Return where a state is drawn."""
         self.wait(
@@ -102,7 +107,7 @@ def editing(browser: Browser, path: Path, **options: Any) -> Iterator[Editor]:
         seen = Editor(browser, path, server.address)
         seen.hub = hub
         yield seen
-        assert seen.complaints == []
+        assert seen.complaints == [], seen.complaints
         assert all(url.startswith(f"http://127.0.0.1:{server.port}/") for url in seen.requests)
         seen.context.close()
 
