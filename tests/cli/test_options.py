@@ -214,6 +214,7 @@ def test_verbose_explains_and_colours_can_be_forced(
                 "campaign",
                 "certify",
                 "check",
+                "check-certificate",
                 "compile",
                 "conformance",
                 "convert",

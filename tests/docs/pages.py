@@ -20,7 +20,7 @@ COMMAND = re.compile(r"^\$ (.*)\n", re.MULTILINE)
 CODE = re.compile(r"\s# exit code (\d+)$")
 """A comment behind a command that does not end with 0."""
 VARYING = re.compile(
-    r"; explored in (less than 0.1 s|[\d.]+ s, [\d,]+ states/s)|; computed in [\d.]+ s"
+    r"; explored in (less than 0.1 s|[\d.]+ s, [\d,]+ states/s)|; (computed|checked) in [\d.]+ s"
     r"|(?<=, lines )\d+"
 )
 """How long an exploration took, and how long a generated file is. All else is compared."""

@@ -30,6 +30,7 @@ PAGES = (
     pytest.param("how-to/simulate", 2, ""),
     pytest.param("how-to/compare", 2, "dot", marks=EXTERNAL),
     pytest.param("how-to/certify", 4, "cc arm-none-eabi-gcc unicorn", marks=EXTERNAL),
+    pytest.param("how-to/state-certificates", 2, "cc node", marks=EXTERNAL),
     pytest.param("reference/javascript", 2, "node", marks=EXTERNAL),
     pytest.param("reference/transitions", 6, ""),
     *(

@@ -346,6 +346,14 @@ RESULTS: Mapping[str, Schema] = {
         "merged": BOOL, "by": {"enum": ["meaning", "lines"]}, "conflicts": FINDINGS,
         "findings": FINDINGS, "files": STRINGS, "text?": STRING,
     }),
+    "check-certificate": {"anyOf": [
+        _object({
+            "accepted": {"const": True}, "system": STRING, "options": _map(VALUE),
+            "covered": _list(STRINGS), "not_covered": _list(STRINGS), "states": INT,
+            "local_states": INT, "steps": INT, "seconds": NUMBER,
+        }),
+        _object({"accepted": {"const": False}, "reason": STRING, "seconds?": NUMBER}),
+    ]},
     "draw": _object({"chart": STRING, "files?": STRINGS, "dot?": STRING}),
     "evidence": _object({
         "model": STRING, "failures": STRINGS, "verdict": VERDICT,

@@ -34,6 +34,8 @@ from fsmkit.verify.report.pictures import pictures, require_notation
 from fsmkit.verify.report.show import summary
 from fsmkit.verify.report.verdict import Report, Verdict
 from fsmkit.verify.resources.deadline import Deadline
+from fsmkit.verify.state_certificates.certificate import certificate_of, require_options
+from fsmkit.verify.statespace.symbolic_search import Search
 from fsmkit.verify.testgen.save import json_traces, saved
 from fsmkit.verify.testgen.suites import compiled_charts, require_language, suite, traces
 
@@ -53,6 +55,7 @@ Examples:
     Search=SEARCH,
     Several_computers=COMPUTERS,
     Counterexamples=("save_trace", "drawings", "tests", "debug"),
+    Proof=("certificate",),
 )
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 @exploring_options
@@ -99,6 +102,7 @@ Examples:
     metavar="LAUNCH_JSON",
     help="Write launch configurations to debug each trace.",
 )
+@path_option("--certificate", metavar="FILE", help="Write the set of states, for a proof checker.")
 @click.option(
     "--fix",
     "is_fixing",
@@ -118,6 +122,7 @@ def command(
     drawings: tuple[Path, ...],
     tests: tuple[Path, ...],
     debug: Path | None,
+    certificate: Path | None,
     is_fixing: bool,
     as_json_document: bool,
     reading: Reading,
@@ -152,9 +157,16 @@ def command(
             require_notation(path)
         for path in tests:
             require_language(path)
+    if certificate is not None:
+        if names or replacing or wires or len(files) > 1 or files[0].is_dir():
+            given = "--property, --replace, --wires"
+            raise click.UsageError(f"--certificate goes with one file, and not with {given}")
+        with option_value():
+            require_options(options)
+        options = replace(options, search=Search.EXPLICIT)
     evaluate = partial(evaluate_file, options=options, reading=reading, is_quiet=as_json_document)
     if any_parameter(reading.parameters) is not None:
-        others = (replacing, wires, save_trace, debug, drawings, tests)
+        others = (replacing, wires, save_trace, debug, drawings, tests, certificate)
         if len(files) > 1 or files[0].is_dir() or any(others):
             raise click.UsageError("`any` goes with one system, and with none of the files written")
         return _check_any_number(files[0], exploring, reading, as_json=as_json_document)
@@ -184,6 +196,8 @@ def command(
         for path in tests
         if (paths := traces(found))
     }
+    if certificate is not None and found.verdict is Verdict.HOLDS:
+        made[certificate] = certificate_of(found, system, options, exploring.deadline).text
     write_files(made)
     report(found.findings)
     if as_json_document:
@@ -194,6 +208,8 @@ def command(
             out.print(f"saved {len(traced)} files in {save_trace}", style="dim")
         for path in made:
             out.print(f"wrote {escape(str(path))}", style="dim")
+        if certificate is not None and certificate not in made:
+            out.print("no certificate: not all properties hold", style="dim")
     return 0 if found.verdict is Verdict.HOLDS else 1
 
 

@@ -213,6 +213,30 @@ class GlobalSteps:
             )
             yield Edge((Step(Action.ELAPSE),), Mover.TIME, to, ())
 
+    def is_deadlock(self, state: State) -> bool:
+        """Whether nothing happens again in a state of a system, except for events under `may`."""
+        holds = self.holds(state)
+        counting = [
+            (machine, number)
+            for machine, number in enumerate(state)
+            if holds[machine] is not Hold.STOPPED
+        ]
+        found = [self.local_states[machine][number] for machine, number in counting]
+        if any(local.view.waiting for local in found):
+            return False
+        if any(
+            local.view.awaited
+            for (machine, _), local in zip(counting, found, strict=True)
+            if not self._monitors[machine]
+        ):
+            return False
+        for machine, number in counting:
+            self.own_steps(machine, number)
+            self.open_steps(machine, number)
+        if any(local.view.faulted or local.busy or local.fair for local in found):
+            return False
+        return not all(local.view.at_rest for local in found)
+
     def holds(self, state: State) -> list[Hold]:
         """Return for each machine how its node holds it; see `ClosedSystem.holds`."""
         if not self.closed.freezers:

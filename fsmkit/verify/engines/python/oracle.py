@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 
-from fsmkit.system.freezes import Hold
 from fsmkit.system.properties.property import (
     Property,
     evaluated,
@@ -148,7 +147,7 @@ class Oracle(GlobalSteps):
         number = self._states[edge.to] = len(self._order)
         self._order.append(edge.to)
         self._origins.append((source, ordinal))
-        if not self.closed.is_open and self._is_deadlock(edge.to):
+        if not self.closed.is_open and self.is_deadlock(edge.to):
             self._note(DEADLOCK, (number, -1))
         snapshots = self.snapshots(edge.to)
         for index, property_ in enumerate(self._evaluated):
@@ -169,29 +168,6 @@ class Oracle(GlobalSteps):
     def _note(self, mark: int, place: tuple[int, int]) -> None:
         count, first = self._marks.get(mark, (0, place))
         self._marks[mark] = (count + 1, first)
-
-    def _is_deadlock(self, state: State) -> bool:
-        holds = self.holds(state)
-        counting = [
-            (machine, number)
-            for machine, number in enumerate(state)
-            if holds[machine] is not Hold.STOPPED
-        ]
-        found = [self.local_states[machine][number] for machine, number in counting]
-        if any(local.view.waiting for local in found):
-            return False
-        if any(
-            local.view.awaited
-            for (machine, _), local in zip(counting, found, strict=True)
-            if not self._monitors[machine]
-        ):
-            return False
-        for machine, number in counting:
-            self.own_steps(machine, number)
-            self.open_steps(machine, number)
-        if any(local.view.faulted or local.busy or local.fair for local in found):
-            return False
-        return not all(local.view.at_rest for local in found)
 
     def _path_to(self, state: int, step: int) -> tuple[int, ...]:
         path = [] if step < 0 else [step]
