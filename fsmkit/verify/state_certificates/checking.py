@@ -14,6 +14,8 @@ from fsmkit.diagnostics.parsing import parse_json
 from fsmkit.verify.state_certificates.encoding import json_line
 
 CHECKER = Path(__file__).with_name("checker.js")
+START = b'{"format":"fsmkit-states",'
+"""The first bytes of each certificate; other files are rejected without Node.js."""
 
 
 def check_certificate(
@@ -32,9 +34,12 @@ def check_certificate(
     cannot be read.
     """
     try:
-        certificate.open("rb").close()
+        with certificate.open("rb") as file:
+            start = file.read(len(START))
     except OSError as error:
         raise fail("unreadable-file", f"cannot read `{certificate}`: {error.strerror}") from error
+    if start != START:
+        return {"accepted": False, "reason": "it is not a certificate of states"}
     node = shutil.which("node")
     if node is None:
         raise fail("no-node", "there is no `node` on the path", help="install Node.js")

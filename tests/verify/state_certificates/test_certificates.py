@@ -169,8 +169,11 @@ def test_options_without_a_set_of_states_are_rejected(options: ExplorationOption
 
 def test_a_missing_node_is_reported(system: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda _: None)
+    assert not check_certificate(system, system, parameters={})["accepted"]
+    file = system.with_name("system.cert")
+    file.write_text(certified(system, "untimed")[0].text, encoding="utf-8")
     with pytest.raises(FsmkitError, match="no-node"):
-        check_certificate(system, system, parameters={})
+        check_certificate(file, system, parameters={})
 
 
 READ = """
