@@ -36,6 +36,7 @@ def test_of_nothing():
 """
 
 
+@pytest.mark.cc
 def test_the_plugin_of_pytest_writes_requirements(tmp_path: Path) -> None:
     (tmp_path / "test_gate.py").write_text(PYTHON)
     results = tmp_path / "results.xml"
