@@ -64,8 +64,8 @@ def test_without_graphviz(
     monkeypatch.setattr(bundled, "missing_part", lambda: missing)
     outs = [tmp_path / "a.mmd", tmp_path / "a.png"]
     assert execute(["draw", FEEDER, "--out", str(outs[0]), "--out", str(outs[1])]) == 1
-    told = capsys.readouterr().err
-    assert all(message in told for message in messages)
+    printed = capsys.readouterr().err
+    assert all(message in printed for message in messages)
     assert not any(out.exists() for out in outs)
 
 
@@ -81,9 +81,9 @@ def test_what_goes_wrong(
     arguments: list[str], code: int, rule: str, advice: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert execute(["draw", FEEDER, *arguments]) == code
-    told = capsys.readouterr().err
-    assert rule in told
-    assert advice in told
+    printed = capsys.readouterr().err
+    assert rule in printed
+    assert advice in printed
 
 
 @pytest.mark.slow

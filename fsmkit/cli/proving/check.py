@@ -218,7 +218,7 @@ def _check_any_number(file: Path, exploring: Exploring, reading: Reading, *, as_
     from fsmkit.verify.any_number import prove, show  # only this option needs them
 
     own = reading.of(file)
-    with progress(f"reading {file.name}", is_quiet=as_json) as tell:
+    with progress(f"reading {file.name}", is_quiet=as_json) as show_progress:
         proof = prove.prove_file(
             file,
             own.findings(),
@@ -227,7 +227,7 @@ def _check_any_number(file: Path, exploring: Exploring, reading: Reading, *, as_
             properties=exploring.names,
             strict=own.strict,
             deadline=exploring.deadline,
-            progress=lambda text: tell(f"{file.name}: {text}"),
+            progress=lambda text: show_progress(f"{file.name}: {text}"),
         )
     report(proof.findings)
     if as_json:

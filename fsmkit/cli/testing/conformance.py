@@ -75,11 +75,11 @@ def command(
             help="give a folder with the W3C's `ecma/test*.scxml`, with charts and a `.json` for "
             "each, or with charts",
         )
-    told = set() if as_json else set(Result) - ({Result.PASSED} if quiet else set())
-    verdicts, readings = run(folder, cases, charts, chosen, limit, told)
+    printed = set() if as_json else set(Result) - ({Result.PASSED} if quiet else set())
+    verdicts, readings = run(folder, cases, charts, chosen, limit, printed)
     for verdict in sctunit_verdicts(folder, [one.name for one in chosen]) if has_sctunit else ():
         verdicts.append(verdict)
-        if verdict.result in told:
+        if verdict.result in printed:
             out.print(line(verdict))
     if as_json:
         print_json(document(verdicts, readings))

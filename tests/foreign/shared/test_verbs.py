@@ -27,6 +27,6 @@ def test_a_machine_in_json_is_opened_like_a_chart(tmp_path: Path) -> None:
 def test_edit_names_the_conversion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "door.json").write_text(MACHINE)
     assert execute(["edit", str(tmp_path / "door.json")]) == 2
-    told = " ".join(capsys.readouterr().err.split())
-    assert "fsmkit convert" in told
-    assert "--out door.yaml" in told
+    printed = " ".join(capsys.readouterr().err.split())
+    assert "fsmkit convert" in printed
+    assert "--out door.yaml" in printed

@@ -27,7 +27,7 @@ class TestGate:
     def test_fails(self):
         assert False
 
-    @pytest.mark.skip
+    @pytest.mark.skip(reason="results of skipped tests are not traced")
     def test_is_skipped(self):
         pass
 

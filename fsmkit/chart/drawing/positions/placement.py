@@ -75,7 +75,7 @@ class Arrow:
 class Placement:
     """The rectangles of states and dots, and the curves of arrows, by their names.
 
-    ``hidden``: the rectangles of what is in folded states, from the corner of its parent.
+    ``hidden``: the rectangles of the states in folded states, from the corner of its parent.
     """
 
     boxes: Mapping[str, Rect] = field(default_factory=dict)
